@@ -9,7 +9,7 @@ from bicycle.equations.lateral import ModelBuilder
 class AligningMoment(Effect):
     """Lagged moment of the slip angle on each wheel, dMz/dt = (C_M/length) s - (v/length) Mz, steady Mz = -C_M alpha.
 
-    The side force and its moment need not build up over the same distance. With C_M = t C, equal lengths and no
+    The lateral force and its moment need not build up over the same distance. With C_M = t C, equal lengths and no
     camber thrust it is the pneumatic trail t.
     """
 

@@ -1,21 +1,22 @@
-"""Side force of a leaning tyre."""
+"""Lateral force of a leaning tyre."""
 
 from bicycle.effects.effect import Effect, Parameter
 from bicycle.equations.lateral import ModelBuilder
 
 
 class CamberThrust(Effect):
-    """Side force C_gamma gamma towards the lean; ``lag_share`` of it builds up with the slip force, the rest at once.
+    """Lateral force C_gamma gamma towards the lean; ``lag_share`` of it builds up with the slip force, the rest at
+    once.
 
     A tyre whose camber stiffness equals its load carries a steady lean without slipping. Some tyres show a
     non-lagging part.
     """
 
     requires = ("tyre force",)
-    why = "under no_slip the constraint already carries the side force; use side_slip or relaxation_length"
+    why = "under no_slip the constraint already carries the lateral force; use side_slip or relaxation_length"
     camber_stiffness = Parameter(
         "N/rad",
-        "side force per camber angle",
+        "lateral force per camber angle",
         typical=(150.0, 700.0),
         evidence="0.43 to 0.94 of loads of 350 to 745 N; from Dressel (2013) to a Schwalbe tyre",
         neutral=0.0,

@@ -13,7 +13,7 @@ from tyre.maps.contact_patch import string_trail
 
 
 class ContactLength(Effect):
-    """Side force and moment of a string in contact from +a to -a, beside the relaxation length L that was measured.
+    """Lateral force and moment of a string in contact from +a to -a, beside the relaxation length L that was measured.
 
     Its free ends decay over sigma, c_c is the lateral stiffness per length. Measured are C = 2 c_c (sigma + a)^2 and,
     in a pull at rest, K = 2 c_c (sigma + a), so L = C/K is sigma + a. A deflection straight along the contact,
@@ -44,7 +44,9 @@ class ContactLength(Effect):
         "1", "share of the turn slip that deforms the contact", bounds=(0.0, 1.0), typical=(0.0, 1.0), default=1.0
     )
     source = "von Schlippe & Dietrich (1941); Pacejka, Tire and Vehicle Dynamics, ch. 5"
-    signature = "a trail of the side force, less lag of the force on long waves; turn slip damps the yaw of the wheels"
+    signature = (
+        "a trail of the lateral force, less lag of the force on long waves; turn slip damps the yaw of the wheels"
+    )
     family = "an aligning moment of the tyre"
 
     def check(self, parameters: Mapping[str, float]) -> None:

@@ -11,7 +11,7 @@ sp = library("sympy")
 
 
 class NoSlip(Effect):
-    """Wheels that roll without side slip; the side force is whatever holds the contact (the Whipple bicycle)."""
+    """Wheels that roll without side slip; the lateral force is whatever holds the contact (the Whipple bicycle)."""
 
     slot = "contact law"
     provides = ("contact force",)
@@ -22,6 +22,6 @@ class NoSlip(Effect):
     def apply(self, model: ModelBuilder) -> None:
         model.set_contact_law(self)
 
-    def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+    def lateral_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
         """None: the constraint force holds the contact."""
         return sp.S.Zero

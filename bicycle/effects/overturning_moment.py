@@ -5,14 +5,14 @@ from bicycle.equations.lateral import ModelBuilder
 
 
 class OverturningMoment(Effect):
-    """Moment Mx = -overturning_stiffness gamma - arm F about the forward axis of a leaning tyre with side force F.
+    """Moment Mx = -overturning_stiffness gamma - arm F about the forward axis of a leaning tyre with lateral force F.
 
-    The load of a leaning tyre acts beside its plane, and a side force shifts the contact sideways under the load. Of a
-    tyre of radius rho crown_radius does the first exactly; give here what is measured beyond it.
+    The load of a leaning tyre acts beside its plane, and a lateral force shifts the contact sideways under the load. Of
+    a tyre of radius rho crown_radius does the first exactly; give here what is measured beyond it.
     """
 
     requires = ("contact force",)
-    why = "it is of a tyre that a side force bends; use side_slip or relaxation_length"
+    why = "it is of a tyre that a lateral force bends; use side_slip or relaxation_length"
     overturning_stiffness = Parameter(
         "N m/rad",
         "moment against the lean, per camber angle",
@@ -25,7 +25,7 @@ class OverturningMoment(Effect):
     )
     arm = Parameter(
         "m",
-        "moment per side force: load over lateral stiffness",
+        "moment per lateral force: load over lateral stiffness",
         bounds=ANY,
         typical=(0.0, 0.01),
         default=0.0,
@@ -38,5 +38,5 @@ class OverturningMoment(Effect):
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:
-            moment = -self.overturning_stiffness[wheel] * wheel.camber - self.arm[wheel] * wheel.side_force
+            moment = -self.overturning_stiffness[wheel] * wheel.camber - self.arm[wheel] * wheel.lateral_force
             model.add_roll_moment(wheel.body, moment)

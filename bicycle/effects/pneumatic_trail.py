@@ -1,11 +1,11 @@
-"""Aligning moment of the side force."""
+"""Aligning moment of the lateral force."""
 
 from bicycle.effects.effect import Effect, Parameter
 from bicycle.equations.lateral import ModelBuilder
 
 
 class PneumaticTrail(Effect):
-    """The side force acts behind the contact centre: Mz = -t F on both wheels, camber part included.
+    """The lateral force acts behind the contact centre: Mz = -t F on both wheels, camber part included.
 
     Under no_slip F is the constraint force.
     """
@@ -13,11 +13,11 @@ class PneumaticTrail(Effect):
     slot = "aligning moment"
     requires = ("contact force",)
     falls_with_slip = True  # its moment in the nonlinear model
-    why = "the aligning moment needs a side force"
+    why = "the aligning moment needs a lateral force"
     # smallest: a third of half the contact length (brush model, Pacejka ch. 3), which is 20 mm at least
     trail = Parameter(
         "m",
-        "distance of the side force behind the contact centre",
+        "distance of the lateral force behind the contact centre",
         bounds=(0.0, 0.2),
         typical=(0.0, 0.03),
         default=0.017,
@@ -33,4 +33,4 @@ class PneumaticTrail(Effect):
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:
-            wheel.add_moment(-self.trail[wheel] * wheel.side_force)
+            wheel.add_moment(-self.trail[wheel] * wheel.lateral_force)

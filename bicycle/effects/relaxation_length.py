@@ -1,4 +1,4 @@
-"""The measured transient tyre: side force that builds up over a relaxation length."""
+"""The measured transient tyre: lateral force that builds up over a relaxation length."""
 
 import math
 from typing import Any
@@ -10,7 +10,7 @@ from bicycle.equations.lateral import ModelBuilder
 
 
 class RelaxationLength(Effect):
-    """First-order side force, (lambda/v) dF/dt + F = C alpha + camber force, regular at v = 0.
+    """First-order lateral force, (lambda/v) dF/dt + F = C alpha + camber force, regular at v = 0.
 
     Written as dF/dt = -(C/lambda) s - (v/lambda) (F - camber force): C/lambda is the lateral stiffness K_y of the
     standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens lambda to C (1/K_y + 1/K_w).
@@ -20,7 +20,7 @@ class RelaxationLength(Effect):
     provides = ("contact force", "tyre force", "lagged force", "relaxing contact")
     cornering_stiffness = Parameter(
         "N/rad",
-        "slope of the side force at zero slip",
+        "slope of the lateral force at zero slip",
         typical=(2000.0, 12000.0),
         least=4e4,
         per_wheel=True,
@@ -28,7 +28,7 @@ class RelaxationLength(Effect):
     )
     relaxation_length = Parameter(
         "m",
-        "travelled distance in which 63 % of the side force builds up",
+        "travelled distance in which 63 % of the lateral force builds up",
         bounds=(1e-6, math.inf),
         typical=(0.05, 0.25),
         least=0.01,
@@ -43,11 +43,11 @@ class RelaxationLength(Effect):
     def apply(self, model: ModelBuilder) -> None:
         model.set_contact_law(self)
 
-    def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
-        """The lagged force, a state, and what camber gives at once, N. Arguments as :meth:`.ContactLaw.side_force`."""
+    def lateral_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+        """The lagged force (a state) and what camber gives at once, N; see :meth:`.ContactLaw.lateral_force`."""
         stiffness, tyre_length = self.cornering_stiffness[wheel], self.relaxation_length[wheel]
         length = tyre_length + stiffness * wheel.series_compliance
-        force = model.add_state(f"{wheel.name}_side_force", unit="N", role=wheel.name)
+        force = model.add_state(f"{wheel.name}_lateral_force", unit="N", role=wheel.name)
         renewed = force - wheel.lagged_camber_force
         if wheel.contact_line is not None:
             renewed = wheel.contact_line.renewed_force(

@@ -1,4 +1,4 @@
-"""The static tyre: side force proportional to the slip angle."""
+"""The static tyre: lateral force proportional to the slip angle."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ REAR_TYRE = Mode("rear_tyre", marks=("rear",), place=4, look=5)  # of every cont
 
 
 class SideSlip(Effect):
-    """Side force without lag, F = C alpha + camber force, alpha = -s / v (s: slip velocity of the contact).
+    """Lateral force without lag, F = C alpha + camber force, alpha = -s / v (s: slip velocity of the contact).
 
     Singular at v = 0.
     """
@@ -19,7 +19,7 @@ class SideSlip(Effect):
     provides = ("contact force", "tyre force")
     cornering_stiffness = Parameter(
         "N/rad",
-        "slope of the side force at zero slip",
+        "slope of the lateral force at zero slip",
         typical=(2000.0, 12000.0),
         least=4e4,
         per_wheel=True,
@@ -33,8 +33,8 @@ class SideSlip(Effect):
     def apply(self, model: ModelBuilder) -> None:
         model.set_contact_law(self)
 
-    def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
-        """Side force of slip angle and camber, N; arguments as :meth:`.ContactLaw.side_force`."""
+    def lateral_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+        """Lateral force of slip angle and camber, N; arguments as :meth:`.ContactLaw.lateral_force`."""
         slip_angle = -wheel.slip_velocity / model.speed
         camber_force = wheel.lagged_camber_force + wheel.direct_camber_force
         return self.cornering_stiffness[wheel] * slip_angle + camber_force

@@ -106,7 +106,7 @@ class Wheel:
     camber: Expression  # rad, positive leaning to the right
     yaw_rate: Expression  # rad/s, positive to the right
     offset: Expression  # m, of the place where it touches the road, as :meth:`.ModelBuilder.lateral_offset`
-    side_force: Expression  # N, on the tyre, positive to the right
+    lateral_force: Expression  # N, on the tyre, positive to the right
     static_load: Expression  # N, positive
     crown_radius: Expression = field(default_factory=_zero)  # m, of the cross-section
     series_compliance: Expression = field(default_factory=_zero)  # m/N, of rim and spokes in series with the tyre
@@ -129,7 +129,7 @@ class Wheel:
         self.series_compliance += compliance
 
     def add_camber_force(self, force: Expression, *, lag_share: Expression = 1) -> None:
-        """Add a side force of camber (N); ``lag_share`` (0 .. 1) of it builds up as the slip force."""
+        """Add a lateral force of camber (N); ``lag_share`` (0 .. 1) of it builds up as the slip force."""
         self.lagged_camber_force += lag_share * force
         self.direct_camber_force += (1 - lag_share) * force
 
@@ -169,9 +169,9 @@ class Motor:
 
 
 class ContactLaw(Protocol):
-    """Effect that closes the two contacts: gives the side force of a wheel, or holds its slip at zero."""
+    """Effect that closes the two contacts: gives the lateral force of a wheel, or holds its slip at zero."""
 
     holds_contact: bool
 
-    def side_force(self, model: Builder, wheel: Wheel) -> Expression:
-        """Side force in terms of slip velocity, camber and states of its own."""
+    def lateral_force(self, model: Builder, wheel: Wheel) -> Expression:
+        """Lateral force in terms of slip velocity, camber and states of its own."""

@@ -59,7 +59,7 @@ class OpenModel:
     extra_rates: SymbolicPolynomial  # a row for each state of the effects: its rate of change
     output_rows: SymbolicPolynomial  # a row for each of ``outputs``
     motion: Sequence[Expression]  # symbols of the states: velocities, angles, states of the effects
-    # symbols; with held contacts the two side forces, N, come last until they are eliminated
+    # symbols; with held contacts the two lateral forces, N, come last until they are eliminated
     inputs: Sequence[Expression]
     outputs: Sequence[str]  # names
 
@@ -95,7 +95,7 @@ def assemble(rows: OpenModel) -> SymbolicModel:
 
 
 def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenModel:
-    """Eliminate V, r and the side forces f: slip velocities zero, test space orthogonal to the force ports.
+    """Eliminate V, r and the lateral forces f: slip velocities zero, test space orthogonal to the force ports.
 
     The rows are M u' = R x + P f with u = [V, r, rates w of the joints], the slip velocities S x = 0. These give [V, r]
     = -S_Vr^-1 S_y y in terms of all other motion and inputs y, hence x = X y and u' = T w' + D w + (dv/dt) X_v y:
@@ -105,11 +105,11 @@ def hold_contacts(rows: OpenModel, slip_velocities: SymbolicPolynomial) -> OpenM
     joints, width = rows.mass.shape[0] - 2, rows.right.shape[1] - 2
     rates, angles, remaining, forces = slice(0, joints), slice(joints, 2 * joints), slice(0, width), slice(width, None)
     if set(rows.right.columns(forces).coefficients) != {0}:
-        raise InputError("an effect takes a side force times a power of the speed; with held contacts it must not")
+        raise InputError("an effect takes a lateral force times a power of the speed; with held contacts it must not")
     for states in rows.extra_rates.columns(forces).coefficients.values():
         state = rows.motion[-rows.extra_rates.shape[0] :][next(states.iter_items())[0][0]]
         raise InputError(
-            f"the rate of the state {str(state)!r} depends on a side force, of which held contacts know nothing; "
+            f"the rate of the state {str(state)!r} depends on a lateral force, of which held contacts know nothing; "
             "give its effect requires = ('tyre force',)"
         )
     slips = slip_velocities.columns(remaining)
@@ -142,18 +142,18 @@ def _check_powers(rows: SymbolicPolynomial, names: Sequence[str]) -> None:
         raise InputError(f"an effect makes {names[row]} depend on speed^{power}; equations hold v^-1 to v^2 only")
 
 
-def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> SymbolicModel:
+def equations(model: Builder, lateral_forces: Mapping[Wheel, Expression]) -> SymbolicModel:
     """Assemble the matrices of an open model."""
     joints, coordinates = model.joints(), model.coordinates()
     holds = model.contact_law.holds_contact
     rates, angles = [c.rate for c in coordinates], [c.angle for c in coordinates]
     velocities = [model.lateral_velocity, model.yaw_rate, *rates]
     motion = [*velocities, *angles, *model.rates]
-    inputs = [*map(sp.Symbol, model.input_names()), *(wheel.side_force for wheel in model.wheels if holds)]
+    inputs = [*map(sp.Symbol, model.input_names()), *(wheel.lateral_force for wheel in model.wheels if holds)]
 
     loads = dict(zip((wheel.static_load for wheel in model.wheels), model.static_loads(), strict=True))
     meaning = _meaning(model, joints, velocities, angles) | (
-        {} if holds else {w.side_force: f for w, f in side_forces.items()}
+        {} if holds else {w.lateral_force: f for w, f in lateral_forces.items()}
     )
     rows = Rows([*motion, *inputs], meaning, loads, model.speed)
 
@@ -170,7 +170,7 @@ def equations(model: Builder, side_forces: Mapping[Wheel, Expression]) -> Symbol
     )
     outputs = {c.name: c.angle for c in coordinates} | {f"{c.name}_rate": c.rate for c in coordinates}
     outputs |= {"yaw_rate": model.yaw_rate, "rear_lateral_velocity": model.lateral_velocity}
-    outputs |= {} if holds else {f"{wheel.name}_side_force": wheel.side_force for wheel in model.wheels}
+    outputs |= {} if holds else {f"{wheel.name}_lateral_force": wheel.lateral_force for wheel in model.wheels}
     open_model = OpenModel(
         model,
         mass,
@@ -230,14 +230,14 @@ def _generalised_forces(model: Builder, joints: list[rigid_bodies.Joint], rows: 
     """Forces and moments of contacts, effects and inputs per velocity [V, r, rates of the joints]: virtual work."""
     frame, work = model.body("rear frame"), []
     for wheel in model.wheels:
-        work.append((rigid_bodies.displacement_row(joints, wheel.body, wheel.x, 0), wheel.side_force))
+        work.append((rigid_bodies.displacement_row(joints, wheel.body, wheel.x, 0), wheel.lateral_force))
         work.append((rigid_bodies.yaw_row(joints, wheel.body), wheel.moment))
     work += [(rigid_bodies.yaw_row(joints, body), moment) for body, moment in model.yaw_moments]
     work += [(rigid_bodies.lean_row(joints, body), moment) for body, moment in model.roll_moments]
     torques = [*model.coordinate_forces, (model.steer, model.motor.torque), (model.steer, model.rider.torque)]
     torques += [(coordinate, sp.Symbol(name)) for name, coordinate in model.torques.items()]
     work += [(_unit_row(model, coordinate), torque) for coordinate, torque in torques]
-    pushed = [*model.lateral_forces, (frame.name, frame.x, frame.z, sp.Symbol("lateral_force"))]
+    pushed = [*model.lateral_forces, (frame.name, frame.x, frame.z, sp.Symbol("lateral_push"))]
     work += [(rigid_bodies.displacement_row(joints, body, x, z), force) for body, x, z, force in pushed]
     displaced, forces = zip(*work, strict=True)
     return _matrix(displaced).T @ rows.coefficients(forces)
@@ -496,7 +496,7 @@ class ModelBuilder:
         if self.contact_law is None:
             raise ValueError("no contact law has been applied")
         self._check_bodies()
-        forces = {wheel: self.contact_law.side_force(self, wheel) for wheel in self.wheels}
+        forces = {wheel: self.contact_law.lateral_force(self, wheel) for wheel in self.wheels}
         roles = sorted({state.role for state in self.states.values() if state.role})
         for mode in self.modes.values():
             if mode.marks[0] not in roles:
@@ -525,9 +525,9 @@ class ModelBuilder:
                 raise InputError(f"{use} {unknown('body', body, names)}")
 
     def input_names(self) -> tuple[str, ...]:
-        """Torques, a side force at the rear frame's mass centre, imposed slip angles, and inputs of the effects."""
+        """Torques, a lateral force at the rear frame's mass centre, imposed slip angles, and inputs of the effects."""
         slips = () if self.contact_law is not None and self.contact_law.holds_contact else ("rear_slip", "front_slip")
-        return (*self.torques, "lateral_force", *slips, *self.inputs)
+        return (*self.torques, "lateral_push", *slips, *self.inputs)
 
     @property
     def steer_axis(self) -> rigid_bodies.Joint:
@@ -555,9 +555,9 @@ class ModelBuilder:
 
     def units(self) -> dict[str, str]:
         """SI unit of every state, input and output by name."""
-        units = {**dict.fromkeys(self.torques, "N m"), "lateral_force": "N", **self.inputs}
+        units = {**dict.fromkeys(self.torques, "N m"), "lateral_push": "N", **self.inputs}
         units |= {f"{wheel.name}_slip": "rad" for wheel in self.wheels}
-        units |= {f"{wheel.name}_side_force": "N" for wheel in self.wheels}
+        units |= {f"{wheel.name}_lateral_force": "N" for wheel in self.wheels}
         return units | {state.name: state.unit for state in self.states.values()}
 
     def static_loads(self) -> tuple[Expression, Expression]:
@@ -577,6 +577,6 @@ class ModelBuilder:
 
     @staticmethod
     def _wheel(name: str, x: Expression, radius: Expression) -> Wheel:
-        quantities = ("slip_velocity", "camber", "yaw_rate", "offset", "side_force", "static_load")
+        quantities = ("slip_velocity", "camber", "yaw_rate", "offset", "lateral_force", "static_load")
         symbols = {quantity: sp.Symbol(f"{name} {quantity}") for quantity in quantities}
         return Wheel(name, f"{name} wheel", x, radius, **symbols)

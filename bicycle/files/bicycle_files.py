@@ -127,7 +127,7 @@ def _refuse_model_file(content: Mapping[str, Any], path: Path | Traversable) -> 
     is_table = isinstance(content["bicycle"], Mapping)
     bicycle_key = "its table [bicycle]" if is_table else f"bicycle = {content['bicycle']!r}"
     added = content.get("effects") or {}
-    torque = " (a measurement file without residual_torque)" if "residual_torque" in added else ""
+    torque = " (a measurement file without unmodelled_torque)" if "unmodelled_torque" in added else ""
     effects = f" and its [effects.NAME]{torque}" if added else ""
     raise InputError(
         f"{path}: is a model file, not a bicycle file; write {bicycle_key}{effects} into the file that names it, in "

@@ -84,9 +84,9 @@ QUANTITIES = {
     "lean_torque": "moment",
 }  # fmt: skip
 
-LATERAL_FORCE = "lateral_force_N"
+LATERAL_PUSH = "lateral_push_N"
 # inputs and motions of a frequency response, and their columns
-FORCED_INPUTS: Mapping[str, str] = {**{name: column for column, name in INPUTS.items()}, "lateral_force": LATERAL_FORCE}
+FORCED_INPUTS: Mapping[str, str] = {**{name: column for column, name in INPUTS.items()}, "lateral_push": LATERAL_PUSH}
 MOTIONS: Mapping[str, str] = {re.sub(r"_(rad|rad_s|m_s2)$", "", column): column for column in CHANNELS}
 
 _ENDS = {"angle": "rad", "angular rate": "rad_s", "acceleration": "m_s2", "moment": "N_m"}
@@ -226,7 +226,7 @@ def read_forced(
 ) -> tuple[Run, ...]:
     """Read the events of a forced run; its ``inputs`` hold torques, the lateral force and the reference."""
     if channel_map is not None:
-        quantities = {**QUANTITIES, "lateral_force": "force"}
+        quantities = {**QUANTITIES, "lateral_push": "force"}
         if reference and reference not in quantities:
             if reference not in channel_map.channels:
                 raise InputError(
@@ -236,9 +236,9 @@ def read_forced(
             quantities[reference] = quantity_of(channel_map.channels[reference].unit) or "moment"
         return tuple(_run(record, path, speed, reference) for record in read_records(path, channel_map, quantities))
     column = SAME.get(reference, reference)
-    more = [] if column in ("", "time_s", *CHANNELS, *INPUTS, LATERAL_FORCE) else [column]
+    more = [] if column in ("", "time_s", *CHANNELS, *INPUTS, LATERAL_PUSH) else [column]
     try:
-        record, _ = _own_columns(path, (LATERAL_FORCE, *more), more)
+        record, _ = _own_columns(path, (LATERAL_PUSH, *more), more)
     except InputError as error:
         says_more = more and f"{path}, line" not in str(error)
         column_names = [column.name for column in contents(path).columns] if says_more else []

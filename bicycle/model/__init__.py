@@ -21,7 +21,7 @@ __getattr__, __dir__ = room(
             "eigensystem",
             "eigenvalues",
             "frequency_hz",
-            "least_damping_ratio",
+            "min_damping_ratio",
             "oscillating",
             "pair_damping_ratio",
             "project",

@@ -290,7 +290,7 @@ def oscillating(eigenvalues: ArrayLike) -> Complex:
         return np.where(root.imag > 0, root, complex(np.nan, np.nan))
 
 
-def least_damping_ratio(eigenvalues: ArrayLike) -> Array:
+def min_damping_ratio(eigenvalues: ArrayLike) -> Array:
     """Smallest damping ratio (...) among the oscillations of ``eigenvalues`` (..., n), NaN where none oscillates."""
     root = np.asarray(eigenvalues, complex)
     ratio = np.where(root.imag > 0, damping_ratio(root), np.inf).min(-1)

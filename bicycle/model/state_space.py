@@ -34,7 +34,7 @@ class LinearModel:
     Attributes
     ----------
     states, inputs, outputs : tuple of str
-        Names; angles in rad, rates in rad/s, ``rear_lateral_velocity`` in m/s, side forces in N, torques in N m.
+        Names; angles in rad, rates in rad/s, ``rear_lateral_velocity`` in m/s, lateral forces in N, torques in N m.
     ranges : tuple of SpeedRange
         One, or several where a controller switches at a speed.
     scale : ndarray, shape (n,)

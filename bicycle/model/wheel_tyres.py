@@ -158,7 +158,7 @@ def wheel_curves(effects: Mapping[str, Any]) -> dict[str, tuple[FormulaTyre, flo
             return {}
         pressure = choices["pressure_bar"][wheel] * PASCAL_PER_BAR
         try:
-            source.side_force(slip_angle=0.0, load=source.loads[0], pressure=pressure)
+            source.lateral_force(slip_angle=0.0, load=source.loads[0], pressure=pressure)
         except InputError:
             return {}
         curves[wheel] = source, pressure

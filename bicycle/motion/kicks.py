@@ -10,7 +10,7 @@ from bicycle.motion.limit_cycles import LIMITS, Cycle, LimitCycles
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError, refuse_unknown
 
-KICKS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}
+KICKS = {"steer_torque": "N m s", "lateral_push": "N s", "steer": "rad"}
 """Kind of kick -> unit: an impulse of a torque or force of the model, or an angle at the start."""
 
 HORIZON = 12.0  # s, after which a kick has started a motion or has not
@@ -38,7 +38,7 @@ def kick_thresholds(limit_cycles: LimitCycles, speeds: ArrayLike, kind: str = "s
 
     The normal form tells it at once: the amplitude that the kick gives the mode is that of the unstable cycle. Motions
     over 12 s after kicks from a tenth to ten times of it confirm or correct it. A rider holds the slow lean meanwhile.
-    Kinds: ``steer_torque`` (impulse, N m s), ``lateral_force`` (N s) or ``steer`` (initial angle, rad).
+    Kinds: ``steer_torque`` (impulse, N m s), ``lateral_push`` (N s) or ``steer`` (initial angle, rad).
     """
     refuse_unknown("kick", [kind], KICKS)
     system = limit_cycles.system

@@ -52,7 +52,7 @@ SLIDES = 3.0  # times the rate at which smoothed friction sets in: below, a moti
 
 @dataclass(frozen=True)
 class Onset:
-    """Behaviour beside a critical speed: a motion that grows gently, one that jumps, or not determined."""
+    """Behaviour beside a critical speed: a motion that supercritical, one that jumps, or not determined."""
 
     critical: CriticalSpeed  # oscillatory, where the motion begins
     bend: float  # a' = growth a + bend a^3 of the steer amplitude a, 1/(s rad^2): the first Lyapunov coefficient
@@ -60,10 +60,10 @@ class Onset:
 
     @property
     def kind(self) -> str:
-        """``grows gently``, ``jumps``, or ``not determined``: slow, or its sign hangs on the curves' E."""
+        """``supercritical``, ``subcritical``, or ``not determined``: slow, or its sign hangs on the curves' E."""
         if self.critical.frequency_hz < SLOWEST or self.band[0] <= 0 <= self.band[1]:
             return "not determined"
-        return "grows gently" if self.bend < 0 else "jumps"
+        return "supercritical" if self.bend < 0 else "subcritical"
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from tyre.ground.arrays import Array
 from tyre.ground.door import library
 from tyre.ground.errors import InputError, refuse_unknown
 from tyre.laws.formula_tyre import FormulaTyre
-from tyre.laws.magic_formula import normalised_side_force, normalised_side_force_slope
+from tyre.laws.magic_formula import normalised_lateral_force, normalised_lateral_force_slope
 
 sp = library("sympy")
 
@@ -34,7 +34,7 @@ LAGS = "relaxing contact"  # what a contact law with a relaxation length provide
 
 
 class OpenContact(Effect):
-    """Contacts whose side force is free: a state without a law, beside probes whose rates are what a tyre would see."""
+    """Contacts whose lateral force is a free state; the rates of probes are what a tyre would see."""
 
     identifier: ClassVar[str] = "open_contact"
     slot = "contact law"
@@ -45,9 +45,9 @@ class OpenContact(Effect):
         """Become the contact law."""
         model.set_contact_law(self)
 
-    def side_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
-        """Return the free side force."""
-        force = model.add_state(f"{wheel.name}_side_force", unit="N", role=wheel.name)
+    def lateral_force(self, model: ModelBuilder, wheel: Wheel) -> Any:
+        """Return the free lateral force."""
+        force = model.add_state(f"{wheel.name}_lateral_force", unit="N", role=wheel.name)
         model.set_rate(force, sp.S.Zero)
         quantities = (
             wheel.slip_velocity,
@@ -62,7 +62,7 @@ class OpenContact(Effect):
 
 
 def takes_magic_tyres(law: type[Effect]) -> bool:
-    """True of a contact law whose side force is linear in slip, at once or after one relaxation length."""
+    """True of a contact law whose lateral force is linear in slip, at once or after one relaxation length."""
     lags = LAGS in law.provides
     needed = {"cornering_stiffness", "relaxation_length"} if lags else {"cornering_stiffness"}
     one_lag = lags or "lagged force" not in law.provides
@@ -73,10 +73,10 @@ def takes_magic_tyres(law: type[Effect]) -> bool:
 class MagicTyre:
     """Magic Formula of one tyre; its cornering stiffness comes from the model, B = C_Fy / (C D load)."""
 
-    friction: float = 0.8  # peak of the side force over the load, D
+    peak_factor: float = 0.8  # peak of the lateral force over the load, D
     shape_factor: float = 1.3  # C
     curvature_factor: float = 0.0  # E
-    offset: float = 0.0  # sv: side force over load at zero slip (ply steer)
+    offset: float = 0.0  # sv: lateral force over load at zero slip (ply steer)
 
     def __post_init__(self) -> None:
         limits = ((0.0, 3.0), (0.0, 2.0), (-100.0, 1.0), (-1.0, 1.0))
@@ -88,19 +88,19 @@ class MagicTyre:
     def under(self, load: float, stiffness: float) -> "TyreUnderLoad":
         """Return the tyre at a wheel with this load (N) and cornering stiffness (N/rad)."""
         coefficients = {
-            "stiffness_factor": stiffness / (load * self.friction * self.shape_factor),
-            "peak_factor": self.friction,
+            "stiffness_factor": stiffness / (load * self.peak_factor * self.shape_factor),
+            "peak_factor": self.peak_factor,
             "shape_factor": self.shape_factor,
             "curvature_factor": self.curvature_factor,
         }
 
         def force(slip: Array, camber: Array) -> Array:
-            return load * normalised_side_force(slip + camber, **coefficients, vertical_shift=self.offset)
+            return load * normalised_lateral_force(slip + camber, **coefficients, vertical_shift=self.offset)
 
         def slope(slip: Array, camber: Array) -> Array:
-            return np.asarray(load * normalised_side_force_slope(slip + camber, **coefficients))
+            return np.asarray(load * normalised_lateral_force_slope(slip + camber, **coefficients))
 
-        grip = stiffness / (3 * self.friction * load)
+        grip = stiffness / (3 * self.peak_factor * load)
         return TyreUnderLoad(force, lambda s, e: force(s, e) * falling_trail(grip * (s + e)), slope, apart=False)
 
 
@@ -117,9 +117,9 @@ def falling_trail(sliding: Array) -> Array:
 class CurveTyre:
     """The whole curves of a tyre file at one pressure, without ply steer: the mean of the tyre and its mirror image."""
 
-    source: FormulaTyre  # side force and aligning moment over slip, camber, load and pressure
+    source: FormulaTyre  # lateral force and aligning moment over slip, camber, load and pressure
     pressure: float  # Pa
-    offset: float = 0.0  # side force over load at zero slip (ply steer)
+    offset: float = 0.0  # lateral force over load at zero slip (ply steer)
 
     def under(self, load: float, stiffness: float) -> "TyreUnderLoad":
         """Return the tyre at a wheel with this load (N), its slip scaled to this cornering stiffness (N/rad)."""
@@ -135,13 +135,13 @@ class CurveTyre:
             by_slip, by_camber = mean(curve, small, zero), mean(curve, zero, small)
             return float(by_slip[0]) / step, float(by_camber[0]) / step
 
-        c, c_camber = slopes(self.source.side_force)
+        c, c_camber = slopes(self.source.lateral_force)
         # camber comes as the slip that gives the same force; a model without camber thrust sees none
         lean = 0.0 if c_camber == 0.0 else stiffness / c_camber
         scale = stiffness / c
 
         def force(slip: Array, camber: Array) -> Array:
-            return mean(self.source.side_force, scale * slip, lean * camber) + self.offset * load
+            return mean(self.source.lateral_force, scale * slip, lean * camber) + self.offset * load
 
         try:
             moment, moment_camber = slopes(self.source.aligning_moment)
@@ -161,7 +161,7 @@ class CurveTyre:
 
 @dataclass(frozen=True)
 class TyreUnderLoad:
-    """Side force (N) of a tyre from its lagged slip and the slip that stands for camber, both rad."""
+    """Lateral force (N) of a tyre from its lagged slip and the slip that stands for camber, both rad."""
 
     force: Callable[[Array, Array], Array]
     by_trail: Callable[[Array, Array], Array]  # aligning moment over the trail of small slip, > 0 like the force
@@ -180,29 +180,29 @@ class TyreUnderLoad:
 
 @dataclass(frozen=True)
 class MagicFormulaModel:
-    """x' = A x + P F + T F_t + B u at one speed; outputs C x and the side forces.
+    """x' = A x + P F + T F_t + B u at one speed; outputs C x and the lateral forces.
 
-    F are the side forces at the lagged slip, F_t those that make the aligning moment of the trail of small slip.
+    F are the lateral forces at the lagged slip, F_t those that make the aligning moment of the trail of small slip.
     """
 
     speed: float  # m/s
     states: tuple[str, ...]  # names, (n,)
     inputs: tuple[str, ...]  # names, as in the linear model
-    outputs: tuple[str, ...]  # names, without the side forces
-    state_matrix: Array  # (n, n), without side forces
+    outputs: tuple[str, ...]  # names, without the lateral forces
+    state_matrix: Array  # (n, n), without lateral forces
     force_matrix: Array  # (n, 2)
     trail_matrix: Array  # (n, 2)
     slip_matrix: Array  # (2, n): effective slip angle, rad
     camber_matrix: Array  # (2, n): slip that stands for camber, where it is apart
     slip_input: Array  # (2, inputs)
     input_matrix: Array  # (n, inputs)
-    output_matrix: Array  # (outputs without side forces, n)
+    output_matrix: Array  # (outputs without lateral forces, n)
     loads: Array  # (2,), N, > 0: rear and front wheel at this speed
     tyres: tuple[TyreUnderLoad, TyreUnderLoad]  # rear and front
     units: Mapping[str, str]  # of states, inputs and outputs
 
-    def side_forces(self, slip: Array, camber: Array | None = None) -> Array:
-        """Side force (..., 2) in N at effective slip angles (..., 2) and slips that stand for camber, in rad."""
+    def lateral_forces(self, slip: Array, camber: Array | None = None) -> Array:
+        """Lateral force (..., 2) in N at effective slip angles (..., 2) and slips that stand for camber, in rad."""
         return self._stack_wheels("force", slip, camber)
 
     def _stack_wheels(self, quantity: str, slip: Array, camber: Array | None) -> Array:
@@ -212,7 +212,7 @@ class MagicFormulaModel:
     def rate(self, state: Array, inputs: Array) -> Array:
         """dx/dt (n,), SI, at ``state`` (n,) and ``inputs`` (inputs,)."""
         slip, camber = self.slip_matrix @ state + self.slip_input @ inputs, self.camber_matrix @ state
-        force = self.force_matrix @ self.side_forces(slip, camber) + self.input_matrix @ inputs
+        force = self.force_matrix @ self.lateral_forces(slip, camber) + self.input_matrix @ inputs
         if self.trail_matrix.any():
             force = force + self.trail_matrix @ self._stack_wheels("by_trail", slip, camber)
         return np.asarray(self.state_matrix @ state + force)
@@ -311,9 +311,9 @@ class MagicFormulaModel:
         at = np.searchsorted(grid, t)
         states, input_values = states[at], begin[at]
         slip = states[:, :-2] @ self.slip_matrix.T + input_values @ (self.slip_input @ spread).T
-        forces = self.side_forces(slip, states[:, :-2] @ self.camber_matrix.T)
+        forces = self.lateral_forces(slip, states[:, :-2] @ self.camber_matrix.T)
         named = dict(zip(self.outputs, (states[:, :-2] @ self.output_matrix.T).T, strict=True))
-        named |= {f"{wheel}_side_force": forces[:, k] for k, wheel in enumerate(WHEELS)}
+        named |= {f"{wheel}_lateral_force": forces[:, k] for k, wheel in enumerate(WHEELS)}
         named |= dict(zip(PATH, states[:, -2:].T, strict=True))
         return Response(t, self.speed, named, dict(zip(input_histories, input_values.T, strict=True)), self.units)
 
@@ -323,7 +323,7 @@ def magic_formula_model(
 ) -> MagicFormulaModel:
     """Put tyres with whole curves under a model whose contact law is linear in the slip, with or without one lag.
 
-    The slip lags, and side force and moment follow their curves at the lagged slip. The moment of a pneumatic trail
+    The slip lags, and lateral force and moment follow their curves at the lagged slip. The moment of a pneumatic trail
     falls with the slip: as the file of a `CurveTyre` says, else like that of a brush tyre.
     """
     law = _law(model)
@@ -341,15 +341,15 @@ def magic_formula_model(
     lags = LAGS in law.provides
     if not lags:
         model.linear_model().check_speeds(speed)  # slip without relaxation is singular at rest
-    # the model with its contacts open: rows and columns of side forces and probes are taken apart from its states
+    # the model with its contacts open: rows and columns of lateral forces and probes are taken apart from its states
     linear = model.with_effect(OpenContact()).linear_model()
     a, b, c = linear.matrices_at(speed)
-    forces = [linear.states.index(f"{wheel}_side_force") for wheel in WHEELS]
+    forces = [linear.states.index(f"{wheel}_lateral_force") for wheel in WHEELS]
     probe = {name: [linear.states.index(f"{wheel} {name}") for wheel in WHEELS] for name in PROBES}
     kept_states = [
         k for k, name in enumerate(linear.states) if k not in forces and k not in np.ravel(list(probe.values()))
     ]
-    outputs = tuple(name for name in linear.outputs if not name.endswith("_side_force"))
+    outputs = tuple(name for name in linear.outputs if not name.endswith("_lateral_force"))
     loads = np.array(linear.static_loads) + np.array([1.0, -1.0]) * a[probe["load transfer"], forces]
     if (loads <= 0).any():
         lifted = WHEELS[int(loads.argmin())]

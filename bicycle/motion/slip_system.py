@@ -93,7 +93,7 @@ class SlipSystem:
     """x' = A(v) x + B n(y), y = H x: the model at every speed."""
 
     at_one_speed: MagicFormulaModel  # gives tyres and matrices that do not change with the speed
-    dynamics: SpeedPolynomial  # A(v) (n, n), without side forces
+    dynamics: SpeedPolynomial  # A(v) (n, n), without lateral forces
     entry: Array  # B (n, curves)
     signals: Array  # H (signals, n): slips and, where apart, slips that stand for camber
     friction: float | None = None  # N m at the bar; with it the last curve and signal are those of the steering
@@ -154,7 +154,7 @@ class SlipSystem:
         return replace(self, entry=entry, signals=signals, friction=torque)
 
     def curves(self, y: Array) -> Array:
-        """Side forces, those at the trail (N), and dry friction (N m), (..., curves) at signals (..., signals)."""
+        """Lateral forces, those at the trail (N), and dry friction (N m), (..., curves) at signals (..., signals)."""
         columns = [
             getattr(self.at_one_speed.tyres[k], of)(*self._slip_and_camber(y, k))
             for of in self._kinds

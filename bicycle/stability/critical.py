@@ -52,8 +52,8 @@ class CriticalSpeed:
         Of the crossing pair, Hz; 0 for a real root.
     direction : str
         What happens to that root as the speed grows: ``stabilising`` or ``destabilising``.
-    begins : str, optional
-        How the motion begins on tyres that saturate: ``grows gently``, ``jumps`` or ``not determined``, see
+    bifurcation : str, optional
+        How the motion begins on tyres that saturate: ``supercritical``, ``subcritical`` or ``not determined``, see
         :class:`bicycle.motion.limit_cycles.Onset`; None of a real root and where it was not looked at.
     """
 
@@ -62,7 +62,7 @@ class CriticalSpeed:
     mode: str
     frequency_hz: float
     direction: str
-    begins: str | None = field(default=None, kw_only=True)
+    bifurcation: str | None = field(default=None, kw_only=True)
 
     @classmethod
     def of_root(cls, *, speed: float, root: complex, destabilising: bool, mode: str = "") -> "CriticalSpeed":

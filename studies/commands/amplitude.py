@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bicycle.motion.kicks import Kick
 
 CSV = ("speed_m_s", "mode", "stable", "steer_amplitude_deg", "frequency_Hz", "acceleration_m_s2")
-UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # by what --kick disturbs
+UNITS = {"steer_torque": "N m s", "lateral_push": "N s", "steer": "rad"}  # by what --impulse disturbs
 
 
 @click.command(
@@ -26,10 +26,10 @@ UNITS = {"steer_torque": "N m s", "lateral_force": "N s", "steer": "rad"}  # by 
 @takes_model
 @speeds_option(".", "1:60:1")
 @max_speed_option(60.0)
-@click.option("--friction", type=FINITE, default=0.8, show_default=True, help="Peak side force over load, D.")
+@click.option("--peak-factor", type=FINITE, default=0.8, show_default=True, help="Peak lateral force over load, D.")
 @click.option("--shape-factor", type=FINITE, default=1.3, show_default=True, help="C of the Magic Formula.")
 @click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
-@click.option("--kick", type=click.Choice(list(UNITS)), help="Also the least kick that starts another motion.")
+@click.option("--impulse", type=click.Choice(list(UNITS)), help="Also the least kick that starts another motion.")
 @click.option(
     "--damper",
     type=Number(0, 100, above=True, unit="N m s/rad"),
@@ -44,10 +44,10 @@ def command(
     chosen: ChosenModel,
     speeds: str,
     max_speed: float,
-    friction: float,
+    peak_factor: float,
     shape_factor: float,
     curvature_factor: float,
-    kick: str | None,
+    impulse: str | None,
     damper: float | None,
     point: str | None,
     plot_file: str | None,
@@ -74,16 +74,16 @@ def command(
     accelerometer = _parse_point(point)
     model = chosen.model
     curves = {}
-    if not any(map(stated, ("friction", "shape_factor", "curvature_factor"))):
+    if not any(map(stated, ("peak_factor", "shape_factor", "curvature_factor"))):
         curves = curves_of(chosen.content)
-    tyre = MagicTyre(friction, shape_factor, curvature_factor)
+    tyre = MagicTyre(peak_factor, shape_factor, curvature_factor)
     tyres: dict[str, Any] = {"rear": tyre, "front": tyre} | curves
-    peak_factor = None if curves else friction
+    grip = None if curves else peak_factor
 
     # Compute.
     cycles = find_limit_cycles(model, max_speed=max_speed, **tyres)
     frame = cycles.frame(grid[grid > 0], accelerometer)
-    kicks = kick_thresholds(cycles, grid[grid > 0], kick) if kick is not None else []
+    kicks = kick_thresholds(cycles, grid[grid > 0], impulse) if impulse is not None else []
     if film is not None:
         film_cycle(cycles, frame["speed_m_s"].unique().tolist(), film)
     to_screen = "-" not in (csv_file, json_file)
@@ -93,19 +93,19 @@ def command(
     if csv_file is not None:
         write_csv(frame[list(CSV)], csv_file)
     if plot_file is not None:
-        draw_amplitude(cycles, plot_file, title=model.bicycle.name, peak_factor=peak_factor)
+        draw_amplitude(cycles, plot_file, title=model.bicycle.name, peak_factor=grip)
     if json_file is not None:
-        write_json(record(cycles, frame, kicks, UNITS.get(str(kick), ""), damper_sides), json_file)
+        write_json(record(cycles, frame, kicks, UNITS.get(str(impulse), ""), damper_sides), json_file)
     if to_screen:
         if len(frame):
             _print_cycles(frame)
         if kicks:
-            _print_kicks(kicks, UNITS[str(kick)])
+            _print_kicks(kicks, UNITS[str(impulse)])
         summary = lines(
             cycles,
             frame,
-            peak_factor=peak_factor,
-            without_kick=kick is not None and not kicks,
+            peak_factor=grip,
+            without_kick=impulse is not None and not kicks,
             sides=damper_sides,
             max_speed=max_speed,
         )

@@ -20,7 +20,7 @@ AXIS = "NAME[=LOW:HIGH[:log]]"
 @click.option("--y", "y_text", required=True, metavar=AXIS, help="Vertical; without a range, what is usual.")
 @speed_option("m/s, unless the speed is an axis.", required=False)
 @click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
-@click.option("--contours", metavar="OUTPUT", help="Contour lines of an output of sweeps, such as largest_growth_rate.")
+@click.option("--contours", metavar="OUTPUT", help="Contour lines of an output of sweeps, such as max_growth_rate.")
 @sd_option
 @assume_option
 @click.option("--json", "json_file", metavar="FILE", help="Write the boundaries as JSON; - is standard output.")

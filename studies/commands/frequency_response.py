@@ -17,7 +17,7 @@ from studies.reporting.command_context import example
 )
 @click.argument("runs", nargs=-1, required=True, metavar="RUN.csv@SPEED...")
 @takes_channels
-@click.option("--input", "source", default="steer_torque", show_default=True, help="Or lean_torque, lateral_force.")
+@click.option("--input", "source", default="steer_torque", show_default=True, help="Or lean_torque, lateral_push.")
 @click.option("--output", "outputs", default="roll_rate,steer", show_default=True, help="Motions, separated by commas.")
 @click.option(
     "--instrument",

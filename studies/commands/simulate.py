@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 RECORDING = "recording.csv"
 UNRECORDED = "{}: {} pushes the bicycle and is not recorded: whoever reads the file takes the motion for one without it"
-TYRE = ("friction", "shape_factor", "curvature_factor")  # options of the Magic Formula
+TYRE = ("peak_factor", "shape_factor", "curvature_factor")  # options of the Magic Formula
 NOTHING_MOVES = "nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02"
 
 
@@ -36,17 +36,17 @@ NOTHING_MOVES = "nothing moves the bicycle; give --initial or --input, such as -
     "inputs",
     multiple=True,
     metavar="SPEC",
-    help="steer_torque:step:0.5@1, lateral_force:pulse:50@1+0.2, rear_slip:doublet:0.02@1+0.5, steer_torque:file:T.csv "
+    help="steer_torque:step:0.5@1, lateral_push:pulse:50@1+0.2, rear_slip:doublet:0.02@1+0.5, steer_torque:file:T.csv "
     "(samples, joined by straight lines), steer_torque:steps:T.csv (each value holds to the next); with "
     "aerodynamic_drag side_wind:step:3@1 (m/s).",
 )
 @takes_channels
 @click.option("--frequency-response", metavar="INPUT", help="Also gain and phase from this input, 0.05 to 20 Hz.")
 @click.option("--nonlinear", is_flag=True, help="Also with Magic Formula tyres, limited by the wheel loads.")
-@click.option("--friction", type=FINITE, default=0.8, show_default=True, help="Peak side force over load, D.")
+@click.option("--peak-factor", type=FINITE, default=0.8, show_default=True, help="Peak lateral force over load, D.")
 @click.option("--shape-factor", type=FINITE, default=1.3, show_default=True, help="C of the Magic Formula.")
 @click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
-@click.option("--offset", type=FINITE, default=0.0, show_default=True, help="Side force over load without slip, Sv.")
+@click.option("--offset", type=FINITE, default=0.0, show_default=True, help="Lateral force over load without slip, Sv.")
 @click.option(
     "--sensors",
     "sensors_file",
@@ -73,7 +73,7 @@ def command(
     frequency_response: str | None,
     *,
     nonlinear: bool,
-    friction: float,
+    peak_factor: float,
     shape_factor: float,
     curvature_factor: float,
     offset: float,
@@ -123,7 +123,7 @@ def command(
         if not any(map(stated, TYRE)):
             curves = wheel_curves(chosen.content.get("effects", {}))
         tyres = {wheel: CurveTyre(*curve, offset) for wheel, curve in curves.items()}
-        tyre = MagicTyre(friction, shape_factor, curvature_factor, offset)
+        tyre = MagicTyre(peak_factor, shape_factor, curvature_factor, offset)
         system = magic_formula_model(model, speed=speed, rear=tyres.get("rear", tyre), front=tyres.get("front", tyre))
         responses["Magic Formula"] = system.simulate(time=time, initial=start, inputs=histories)
     spectrum = None
@@ -155,7 +155,7 @@ def command(
             if linear.eigenvalues(speed).real.max() > 0:
                 notes.append("unstable at this speed: the frequency response only shows if something holds the bicycle")
     labels = dict.fromkeys(source.label for source, _ in curves.values())
-    notes += [f"{label}: side force and moment follow its curves, without its shifts" for label in labels]
+    notes += [f"{label}: lateral force and moment follow its curves, without its shifts" for label in labels]
     print_warnings([*linear.warnings, *notes])
     click.echo(f"{out}: {', '.join(sorted(written))}")
 

@@ -35,7 +35,7 @@ SLIPS = (-10.0, 10.0)
 )
 @click.argument("tyre", required=False)
 @click.option("--surface", metavar="SURFACE", help="flat (default) or drum.")
-@click.option("--plot", metavar="FILE", help="Draw side force and aligning moment over slip: .png, .svg or .pdf.")
+@click.option("--plot", metavar="FILE", help="Draw lateral force and aligning moment over slip: .png, .svg or .pdf.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the tyres as JSON; - is standard output.")
 def command(tyre: str | None, surface: str | None, plot: str | None, json_file: str | None) -> None:
     from studies.reporting.output import print_table, write_json
@@ -178,7 +178,7 @@ def _draw(tyre: "TyreSource", target: str) -> None:
         raise InputError(f"{tyre.label} is a table of stiffnesses and has no curves; --plot draws .tir and Pacejka-89")
     slip, pressures = np.radians(np.linspace(*SLIPS, 201)), tyre.pressures
     pressure = float(pressures[len(pressures) // 2]) if pressures.size else np.nan
-    curves = {"side force, N": tyre.side_force, "aligning moment, N m": tyre.aligning_moment}
+    curves = {"lateral force, N": tyre.lateral_force, "aligning moment, N m": tyre.aligning_moment}
     try:
         tyre.aligning_moment(slip_angle=slip, load=tyre.loads[0], pressure=pressure)
     except InputError:

@@ -99,7 +99,7 @@ def record(design: Design) -> dict[str, Any]:
         "worst": [
             {
                 "mode": p.demand.mode,
-                "least_damping_ratio": p.demand.ratio,
+                "min_damping_ratio": p.demand.ratio,
                 "speed_m_s": p.speed,
                 "real_1_s": p.root.real,
                 "imaginary_rad_s": p.root.imag,

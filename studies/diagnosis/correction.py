@@ -47,7 +47,7 @@ class Correction:
 
     @property
     def named_beside(self) -> tuple[Named, ...]:
-        """Effects that were named, with their values if a residual torque is fitted as well; empty if none is."""
+        """Effects that were named, with their values if an unmodelled torque is fitted as well; empty if none is."""
         return tuple(e for e in self.effects if e.identifier != EFFECT) if self.torque is not None else ()
 
     @property

@@ -74,7 +74,7 @@ def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
 
 STORY = (
     "χ² a number, step by step: base model, the effect alone with nothing else moved, with the parameters adjusted, "
-    "with a residual torque if one is kept; last, what they leave without it. Grey: noise alone."
+    "with an unmodelled torque if one is kept; last, what they leave without it. Grey: noise alone."
 )
 
 

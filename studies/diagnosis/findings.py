@@ -162,7 +162,7 @@ def find(diagnosis: Diagnosis) -> Findings:
             where=attempt("where", lambda: farthest_off(diagnosis), None),
             failed=attempt.failed,
         )
-    torque, no_torque = attempt("residual torque", lambda: _torque(diagnosis), (None, ""))
+    torque, no_torque = attempt("unmodelled torque", lambda: _torque(diagnosis), (None, ""))
     fit_of_torque = None if torque is None else torque.fit
     parts = attempt("parts", lambda: parts_against_rest(kind, final), ())
     together = fits(diagnosis.verdict)
@@ -192,7 +192,7 @@ def find(diagnosis: Diagnosis) -> Findings:
 
 
 def _torque(diagnosis: Diagnosis) -> tuple[Residual | None, str]:
-    """The residual torque, or why there is none."""
+    """The unmodelled torque, or why there is none."""
     try:
         return fit_residual(diagnosis), ""
     except InputError as error:

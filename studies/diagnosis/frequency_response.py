@@ -58,7 +58,7 @@ OUTPUTS = {
 }  # fmt: skip
 """Name in a table -> output of the model, and the quantity."""
 
-INPUTS = {"steer_torque": "moment", "lean_torque": "moment", "lateral_force": "force"}
+INPUTS = {"steer_torque": "moment", "lean_torque": "moment", "lateral_push": "force"}
 SI = {"angle": "rad", "angular rate": "rad/s", "acceleration": "m/s^2", "moment": "N m", "force": "N"}
 ACCELERATION = "lateral_acceleration"
 FORMS = {("re", "im"): "re and im"} | {(size, "phase"): f"{size} and phase_deg" for size in ("gain", "gain_db")}
@@ -529,7 +529,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
                 pair = f"{describe_signal(output)} to the {describe_signal(source)}"
                 title = f"the response of the {pair} at the measured speeds"
                 proposals.append(self._propose_responses(title, source, (output,)))
-        for further_input in ("steer_torque", "lateral_force"):
+        for further_input in ("steer_torque", "lateral_push"):
             if further_input not in self.wanted.inputs:
                 measured_outputs = tuple(dict.fromkeys(self.wanted.outputs))
                 proposals.append(

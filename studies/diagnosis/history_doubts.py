@@ -61,6 +61,6 @@ def held_torques(kind: "Histories", judgement: Judgement, torque: Fit | None) ->
     final = judgement.final
     model = final.name.replace("+", " + ") if final.candidates else "parameters only"
     if torque is not None:
-        model += " and the residual torque"
+        model += " and the unmodelled torque"
     inputs = ", ".join(name for name in kind.runs[0].inputs if name in INPUTS)
     return [BETWEEN.format(inputs=inputs, n=n, model=model, other=linear_fit.chi2, chi2=compared.chi2)]

@@ -152,7 +152,7 @@ def _line(text: Any) -> Any:
 
 
 def term_name(name: str) -> str:
-    """A coefficient of the residual torque in words: ``steer torque from lean rate, slope``."""
+    """A coefficient of the unmodelled torque in words: ``steer torque from lean rate, slope``."""
     torque, _, state = name.partition("_from_")
     for degree in ("slope", "curve"):
         state = state.replace(f"_{degree}", f", {degree}")

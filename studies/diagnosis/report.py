@@ -26,7 +26,7 @@ from tyre.ground.files import slugs, write_text
 
 MOST = 6  # rows of a table: verdict.json has all
 STEPS = {"base": "nominal", "adjusted": "final", "without_effect": "nuisance_only", "effect_alone": "effect_alone"}
-WITH_TORQUE = "with a residual torque, " + ADJUSTED
+WITH_TORQUE = "with an unmodelled torque, " + ADJUSTED
 """Step of the story: the model that it is of."""
 
 
@@ -49,7 +49,7 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
 
 
 def draw_all(diagnosis: Diagnosis, findings: Findings, folder: Path, attempt: Attempts | None = None) -> dict[str, str]:
-    """Draw the story, the figures of the kind of measurement and the residual torque; name -> caption of each."""
+    """Draw the story, the figures of the kind of measurement and the unmodelled torque; name -> caption of each."""
     attempt = attempt or Attempts()
     figures: dict[str, Figure] = {}
     if (story := findings.story) is not None:
@@ -152,7 +152,7 @@ def named_rows(judgement: Judgement) -> list[list[str]]:
 
 
 def predictors(judgement: Judgement, predictions: tuple[Predicted, ...]) -> dict[str, str]:
-    """The models that runs were predicted by, and their names; with a residual torque one more."""
+    """The models that runs were predicted by, and their names; with an unmodelled torque one more."""
     single = predictions[0].single.replace("+", " + ") if predictions else ""
     names = titles(judgement) | {"single_effect": f"+ {single}, {ADJUSTED}", "with_torque": WITH_TORQUE}
     return {model: title for model, title in names.items() if any(model in p.chi2 for p in predictions)}
@@ -258,7 +258,7 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
         ],
         "predicted": [_predicted_record(prediction) for prediction in f.predicted],
         "stability": None if f.stability is None else {"sentence": phrase("stability"), **f.stability.to_dict()},
-        "residual_torque": {"fitted": False, "why": f.no_torque} if f.no_torque else torque_record(f.torque),
+        "unmodelled_torque": {"fitted": False, "why": f.no_torque} if f.no_torque else torque_record(f.torque),
         "failed_sections": dict(f.failed),
     }
 
@@ -291,7 +291,7 @@ def _predicted_record(prediction: Predicted) -> dict[str, Any]:
 
 
 def torque_record(torque: Residual | None) -> dict[str, Any] | None:
-    """A residual torque with its covariance; None if there is none."""
+    """An unmodelled torque with its covariance; None if there is none."""
     if torque is None:
         return None
     names = (*torque.kept, *torque.dropped)

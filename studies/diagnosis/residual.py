@@ -1,4 +1,4 @@
-"""The residual torque: what could not be named, fitted as a torque that is linear in the state, with its covariance.
+"""The unmodelled torque: what could not be named, fitted as a torque that is linear in the state, with its covariance.
 
 The parameters of the bicycle and of the named effects float under their priors. Terms are chosen on the linearised
 problem, fitted with the full model, and chosen anew about that fit until they stay. The torque is never a name.
@@ -18,7 +18,7 @@ from studies.inference.parameter import slopes_of, values_of
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 
-EFFECT, TORQUE = "residual_torque", "residual torque"
+EFFECT, TORQUE = "unmodelled_torque", "unmodelled torque"
 TORQUES = ("steer", "lean")
 STATES = ("lean", "steer", "lean_rate", "steer_rate")
 DEGREES = ("", "_slope", "_curve")
@@ -74,7 +74,7 @@ def term_names(degrees: Degrees) -> tuple[str, ...]:
 
 
 def candidate(degrees: Degrees, scale: SpeedScale) -> Candidate:
-    """The residual torque with some terms, ready to join a hypothesis."""
+    """The unmodelled torque with some terms, ready to join a hypothesis."""
     effect = effect_class(EFFECT)
     declared = {p.name: p for p in effect.parameters}
     fixed = {f"{EFFECT}.{name}": 0.0 for name in declared}
@@ -88,12 +88,12 @@ def candidate(degrees: Degrees, scale: SpeedScale) -> Candidate:
 
 
 def _named_candidates(fitted: Fit) -> tuple[Candidate, ...]:
-    """Candidates of a fit without its residual torque."""
+    """Candidates of a fit without its unmodelled torque."""
     return tuple(c for c in fitted.candidates if not c.identifier.startswith(TORQUE))
 
 
 def _count_before_torque(fitted: Fit) -> int:
-    """Number of coordinates of a fit before those of its residual torque."""
+    """Number of coordinates of a fit before those of its unmodelled torque."""
     return fitted.effect_columns.start + sum(len(c.unknowns) for c in _named_candidates(fitted))
 
 
@@ -207,9 +207,9 @@ class Changed:
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """A residual torque, fitted together with the named model of a diagnosis."""
+    """An unmodelled torque, fitted together with the named model of a diagnosis."""
 
-    fit: Fit  # the named model with the residual torque
+    fit: Fit  # the named model with the unmodelled torque
     named: Fit  # the named model without it
     degrees: Degrees  # number of terms by pair of torque and state
     scale: SpeedScale  # of the measured speeds, which the terms are polynomials of
@@ -299,7 +299,7 @@ class Residual:
 
 @np.errstate(over="ignore", invalid="ignore")  # trial steps that run away are refused
 def fit_residual(diagnosis: Diagnosis) -> Residual | None:
-    """The residual torque of a finished ``diagnosis``; None if no more than noise is left, or a tyre was measured."""
+    """The unmodelled torque of a finished ``diagnosis``; None if no more than noise is left, or a tyre was measured."""
     kind, named_fit = diagnosis.kind, diagnosis.final
     if not diagnosis.verdict.leaves_more or kind.model is None:
         return None

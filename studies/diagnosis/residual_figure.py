@@ -1,4 +1,4 @@
-"""The residual torque as coefficients over speed, with what the data leave open."""
+"""The unmodelled torque as coefficients over speed, with what the data leave open."""
 
 from pathlib import Path
 

@@ -16,7 +16,7 @@ from tyre.ground.arrays import Array
 
 RIDING = "riding."
 FAMILY = "a torque of the rider or the wind that was not recorded"
-PUSHES = ("lean_torque", "steer_torque", "lateral_force")
+PUSHES = ("lean_torque", "steer_torque", "lateral_push")
 # By what each of two independent courses pushes: the rider leans, and a share (trail times a force) acts at the
 # steering; the wind pushes the mass centre, and a share is a lean torque, for its point of attack is not known.
 SHARES = {

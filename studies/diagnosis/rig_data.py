@@ -18,14 +18,14 @@ from scipy.linalg import solve_triangular
 from studies.diagnosis.rig_reference import Curve
 from studies.inference.kind import Candidates
 from studies.inference.parameter import Candidate, UncertainParameter
-from tyre.fits.pull_test import fit_pull_test
+from tyre.fits.lateral_stiffness import fit_lateral_stiffness
 from tyre.fits.slip_sweep import SlipSweepFit, fit_slip_sweep
 from tyre.fits.sweep_curve import Blocks, interpolate_slip, lagged_magic_formula
 from tyre.ground.arrays import Array
 from tyre.ground.units import PASCAL_PER_BAR
 from tyre.measured.properties import Calibration
 from tyre.recordings.noise import AR1Noise, estimate_noise
-from tyre.recordings.recording import Condition, PullTest, RigRun
+from tyre.recordings.recording import Condition, LateralStiffnessTest, RigRun
 from tyre.rig.effect import Recorded, RigParameter, Term, needs_pull, needs_sweep
 
 SWEEP_TERMS = (
@@ -86,8 +86,8 @@ class SweepBlocks(Reduced):
         """Innovations in units of their sd, of ``rows`` (n,) or (n, p), N."""
         return np.asarray(solve_triangular(self._factor, rows, lower=True, check_finite=False))
 
-    def side_force(self, terms: Array, *, slopes: bool = True) -> tuple[Array, Array]:
-        """Side force (n,), N, for ``terms`` (13,), see ``SWEEP_TERMS``; with ``slopes`` its derivatives (n, 13)."""
+    def lateral_force(self, terms: Array, *, slopes: bool = True) -> tuple[Array, Array]:
+        """Lateral force (n,), N, for ``terms`` (13,), see ``SWEEP_TERMS``; with ``slopes`` its derivatives (n, 13)."""
         c, peak, shape, curvature, shift, lag, play, offset, drift, delay, warming, asymmetry, by_sign = terms
 
         def curve(later: float = 0.0) -> tuple[Array, Array]:
@@ -199,10 +199,10 @@ def _noise(fitted: SlipSweepFit, slip: Array, compared: NDArray[np.intp]) -> AR1
     return estimate_noise(blocks.time[compared], residual, basis, floor)
 
 
-def reduce_pull(name: str, test: PullTest, *, plate: bool) -> PullReadings:
+def reduce_pull(name: str, test: LateralStiffnessTest, *, plate: bool) -> PullReadings:
     """Readings of a pull over the tyre's own displacement, or over that of the plate."""
-    fitted = fit_pull_test(test)
-    good = np.isfinite(test.side_force) & np.isfinite(test.tyre_deflection)
+    fitted = fit_lateral_stiffness(test)
+    good = np.isfinite(test.lateral_force) & np.isfinite(test.tyre_deflection)
     displacement = (test.plate_displacement if plate else test.tyre_deflection)[good]
     rounding = fitted.lateral_stiffness.value * fitted.resolution / np.sqrt(6.0)
     clock = np.linspace(-0.5, 0.5, len(displacement)) if test.time is None else test.time[good]
@@ -211,9 +211,9 @@ def reduce_pull(name: str, test: PullTest, *, plate: bool) -> PullReadings:
         name,
         test.condition,
         displacement,
-        test.side_force[good],
+        test.lateral_force[good],
         clock,
-        max(fitted.residual_sd, rounding, 1e-4 * float(np.abs(test.side_force[good]).max())),
+        max(fitted.residual_sd, rounding, 1e-4 * float(np.abs(test.lateral_force[good]).max())),
     )
 
 
@@ -232,8 +232,8 @@ def _bend(terms: Any, **share: Any) -> None:
 
 PHENOMENOLOGICAL = (
     Term(
-        "side force from slip squared",
-        "side force that grows with slip squared",
+        "lateral force from slip squared",
+        "lateral force that grows with slip squared",
         (RigParameter("gain", "N/rad^2", (-4000.0, 4000.0)),),
         sweep=_asymmetry,
         needs=needs_sweep,

@@ -1,4 +1,4 @@
-"""Recordings of a tyre rig compared with what was known of the tyre: side force of slip sweeps, and of static pulls.
+"""Recordings of a tyre rig compared with what was known of the tyre: lateral force of slip sweeps, and of static pulls.
 
 Base model: the reference's Magic Formula without lag or offset, F = D sin(C atan(B x - E (B x - atan(B x)))), and a
 straight pull F = K x on a rigid rim. Candidates are the terms of the rig effects in :mod:`tyre.rig.effects`.
@@ -45,7 +45,7 @@ from tyre.ground.units import PASCAL_PER_BAR
 from tyre.maps.contact_patch import log_curvature
 from tyre.measured.properties import Calibration
 from tyre.recordings.noise import AR1Noise
-from tyre.recordings.recording import SYNTHETIC_NOTES, Condition, PullTest, RigRun
+from tyre.recordings.recording import SYNTHETIC_NOTES, Condition, LateralStiffnessTest, RigRun
 from tyre.recordings.run_checks import LOAD_TOLERANCE, preflight
 from tyre.rig.effect import Contribution, PullTerms, Recorded, SweepTerms, Term, rig_terms
 
@@ -83,7 +83,7 @@ class RigRecordings(TyreKind, kind="rig"):
     )
     reference: Reference  # what was known of the tyre
     sweeps: tuple[tuple[str, RigRun], ...] = ()  # (name, recording); slip steps are not used, which ``notes`` says
-    pulls: tuple[tuple[str, PullTest], ...] = ()  # (name, recording)
+    pulls: tuple[tuple[str, LateralStiffnessTest], ...] = ()  # (name, recording)
     includes: tuple[str, ...] = ()  # rig effects that the base model contains
     pull_displacement: str = "tyre"  # ``tyre`` (plate minus rim) or ``plate``
     wheel_radius: float = WHEEL_RADIUS  # m, for the drum's curvature
@@ -98,7 +98,9 @@ class RigRecordings(TyreKind, kind="rig"):
 
     def __post_init__(self) -> None:
         if not self.sweeps and not self.pulls:
-            raise InputError("no slip sweep and no pull test among the recordings; nothing can be compared")
+            raise InputError(
+                "no slip sweep and no lateral stiffness test among the recordings; nothing can be compared"
+            )
         conditions = [run.condition for _, run in self.sweeps] + [test.condition for _, test in self.pulls]
         tyres = sorted({c.tyre for c in conditions})
         if len(tyres) > 1:
@@ -107,8 +109,8 @@ class RigRecordings(TyreKind, kind="rig"):
             raise InputError(f"recordings of {tyres[0]!r}, the reference is of {self.reference.tyre!r}; give one tyre")
         for condition in conditions:
             self.reference.curve_at(condition.load, condition.pressure)
-        signals: list[tuple[str, Any, Any]] = [(name, run.slip_angle, run.side_force) for name, run in self.sweeps]
-        signals += [(name, test.side_force, test.plate_displacement) for name, test in self.pulls]
+        signals: list[tuple[str, Any, Any]] = [(name, run.slip_angle, run.lateral_force) for name, run in self.sweeps]
+        signals += [(name, test.lateral_force, test.plate_displacement) for name, test in self.pulls]
         names_by_data: dict[tuple[bytes, bytes], str] = {}
         for name, first, second in signals:
             key = np.asarray(first).tobytes(), np.asarray(second).tobytes()
@@ -220,7 +222,7 @@ class RigRecordings(TyreKind, kind="rig"):
             size = f"{1e3 * length[0]:.0f} mm, 1 sd {1e3 * length[1]:.0f} mm"
             notes.append(f"relaxation length at {sweeps[0].label}: {size} before drum and load change it")
         if pulls and self.pull_displacement == "plate":
-            notes.append("displacement of the pull tests is that of the plate; the rim's is ignored")
+            notes.append("displacement of the lateral stiffness tests is that of the plate; the rim's is ignored")
         return notes
 
     # ---- the model ----
@@ -256,7 +258,7 @@ class RigRecordings(TyreKind, kind="rig"):
             t.slip_offset * slip + v["slip zero"],
             lag,
             t.half_gap * slip,
-            side * t.side_force * force + v[f"zero, {sweep.name}"],
+            side * t.lateral_force * force + v[f"zero, {sweep.name}"],
             v[f"drift, {sweep.name}"],
             t.delay,
             t.warming,
@@ -318,12 +320,16 @@ class RigRecordings(TyreKind, kind="rig"):
         for k, p in enumerate(self.readings, len(self.blocks)):
             n = len(p.force)
             way = np.gradient(p.displacement)
-            places += [f"pull test, {p.name}, {'rising' if d >= 0 else 'falling'} displacement" for d in way]
+            places += [
+                f"lateral stiffness test, {p.name}, {'rising' if d >= 0 else 'falling'} displacement" for d in way
+            ]
             x += (1e3 * p.displacement).tolist()
             series += [p.name] * n
             fold += _segments(np.zeros(n, int)) if split else [k] * n
-        displays = {s.name: Series("slip sweep", "side force, N", "slip angle, deg") for s in self.blocks}
-        displays |= {p.name: Series("pull test", "side force, N", "displacement, mm") for p in self.readings}
+        displays = {s.name: Series("slip sweep", "lateral force, N", "slip angle, deg") for s in self.blocks}
+        displays |= {
+            p.name: Series("lateral stiffness test", "lateral force, N", "displacement, mm") for p in self.readings
+        }
         return Rows(tuple(places), np.array(x), tuple(series), np.array(fold) % MOST_FOLDS, displays=displays)
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
@@ -353,7 +359,7 @@ class RigRecordings(TyreKind, kind="rig"):
     def _force(self, s: SweepBlocks, values: Values, steps: Array, *, turned: bool = False) -> Prediction:
         """Force (n,) and its derivatives (n, p), through the terms of the curve."""
         terms = self.sweep_terms(s, values, turned=turned)
-        force, by_term = s.side_force(terms[0], slopes=bool(len(steps)))
+        force, by_term = s.lateral_force(terms[0], slopes=bool(len(steps)))
         if not len(steps):
             return force, np.empty((len(force), 0))
         return force, by_term @ central_differences(terms, steps)
@@ -367,7 +373,7 @@ class RigRecordings(TyreKind, kind="rig"):
         """Further sweeps: other branch, rate, speed, track, load, the tyre turned round; a gauge at the rim."""
         proposals = self._propose_sweeps() if self.blocks else []
         if self.readings:
-            title = "dial gauge at rim and fixture in the pull test"
+            title = "dial gauge at rim and fixture in the lateral stiffness test"
             proposals.append(Proposal(title, np.full(1, 1e-5), self._rim_gauge))
         return tuple(proposals)
 
@@ -504,10 +510,10 @@ def _files(source: Any, folder: Path) -> list[tuple[str, Path]]:
 
 def _recordings(
     files: list[tuple[str, Path]], load_tolerance: float, *, skip_bad: bool
-) -> tuple[tuple[tuple[str, RigRun], ...], tuple[tuple[str, PullTest], ...], tuple[str, ...]]:
+) -> tuple[tuple[tuple[str, RigRun], ...], tuple[tuple[str, LateralStiffnessTest], ...], tuple[str, ...]]:
     """Read all usable sweeps and pulls with their names, and notes; with ``skip_bad`` the others are notes."""
     sweeps: list[tuple[str, RigRun]] = []
-    pulls: list[tuple[str, PullTest]] = []
+    pulls: list[tuple[str, LateralStiffnessTest]] = []
     notes: list[str] = []
     left_out: list[str] = []
     for name, path in files:
@@ -523,10 +529,10 @@ def _recordings(
             continue
         problems = dict.fromkeys((*recording.notes, *check.problems))
         notes += [f"{name}: {problem}" for problem in problems if problem not in SYNTHETIC_NOTES]
-        if isinstance(recording, PullTest):
+        if isinstance(recording, LateralStiffnessTest):
             pulls.append((name, recording))
         elif is_slip_step(recording):
-            notes.append(f"{name}: a slip step, not used; only slip sweeps and pull tests are")
+            notes.append(f"{name}: a slip step, not used; only slip sweeps and lateral stiffness tests are")
         else:
             sweeps.append((name, recording))
     if left_out and not sweeps and not pulls:
@@ -558,7 +564,7 @@ def draw_recordings(judgement: Judgement, target: Path) -> bool:
                 for mask, caption in ((up, title), (way < 0, "_")):
                     _line(axis, x, forces[name] - base[name], mask, k, caption)
             axis.axhline(0, color="k", linewidth=0.8)
-            axis.set(title=name, xlabel=label, ylabel="side force minus base model, N")
+            axis.set(title=name, xlabel=label, ylabel="lateral force minus base model, N")
         legend_above(figure, axes[0], columns=2)
     return True
 
@@ -580,6 +586,6 @@ def _line(axis: Any, x: Array, gap: Array, mask: NDArray[np.bool_], k: int, titl
 
 FORCES: Figure = (
     draw_recordings,
-    "Measured side force minus that of the base model, N: filled with rising slip or displacement, open with falling. "
+    "Measured lateral force minus that of the base model, N: filled: rising slip or displacement, open: falling. "
     "Lines: what the adjusted parameters and the named effects say the difference should be.",
 )

@@ -96,8 +96,8 @@ def sweep(
 ) -> Any:
     """Compute outputs of all combinations of some numbers of a model, in memory.
 
-    >>> found = sweep("benchmark", "largest_growth_rate", speeds=[3, 5], trail=[0.06, 0.08])
-    >>> found.largest_growth_rate.sel(c=0.08, speed_m_s=5).item().__round__(4)
+    >>> found = sweep("benchmark", "max_growth_rate", speeds=[3, 5], trail=[0.06, 0.08])
+    >>> found.max_growth_rate.sel(c=0.08, speed_m_s=5).item().__round__(4)
     -0.3229
 
     Parameters
@@ -105,7 +105,7 @@ def sweep(
     model : str, Path, Bicycle, Model or mapping
         A packaged bicycle, a file, or what a model file holds.
     outputs : str or iterable of str
-        Names as in docs/sweeps.md, such as ``"modes"``, ``"critical_speeds"``, ``"largest_growth_rate"``.
+        Names as in docs/sweeps.md, such as ``"modes"``, ``"critical_speeds"``, ``"max_growth_rate"``.
     numbers, **more : array_like, shape (k,)
         Parameters that run, SI, by key (``c`` or ``trail``) or ``effect.parameter``; one number stays one bicycle.
         ``bicycle="many.csv"`` takes the bicycles of a table.

@@ -94,7 +94,7 @@ def _sidecars(roles: Roles, supposed: Supposed, folder: Path, stem: str) -> list
         return []
     if not supposed.windows:
         rolling = "slip step" if supposed.step else "steady curve" if supposed.steady else "slip sweep"
-        kind = "pull test" if supposed.pull else rolling
+        kind = "lateral stiffness test" if supposed.pull else rolling
         name = f"{stem}.pull.toml" if supposed.pull else f"{stem}.toml"
         return [Draft(name, _sidecar(roles, supposed, folder), f"sidecar for tyre fit, {kind}")]
     files = []
@@ -135,7 +135,7 @@ def _channels(roles: Roles, channels: Sequence[str]) -> list[str]:
         return [f"# the channels are those of --channels {roles.map.source}: give it to tyre fit too"]
     lines = ["[channels]", *roles.lines(channels)]
     untimed = all(signal.time is None for signal in roles.opened.signals.signals.values())
-    needs_no_time = {"slip_angle", "side_force"} <= roles.guessed.keys() or channels is ALL_PULL
+    needs_no_time = {"slip_angle", "lateral_force"} <= roles.guessed.keys() or channels is ALL_PULL
     if roles.opened.clock is None and roles.opened.time is None and untimed and not needs_no_time:
         lines.append("# time = {rate_hz = ...}  # no column could be the time")
     lacking = [name for name in channels if name not in roles.guessed]

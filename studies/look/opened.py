@@ -221,8 +221,8 @@ def _clock_oddities(time: Array) -> list[str]:
         return [str(error).removeprefix("time: ")]
 
 
-ROLLING = ("slip_angle", "side_force", "vertical_load")
-PULL = ("side_force", "plate_displacement")
+ROLLING = ("slip_angle", "lateral_force", "vertical_load")
+PULL = ("lateral_force", "plate_displacement")
 MOTION = ("roll_rate", "lean", "steer", "steer_rate", "yaw_rate", "lateral_acceleration")
 TORQUES = ("steer_torque", "lean_torque")
 QUANTITIES = {**OF_RIG, **OF_MOTION}
@@ -347,11 +347,11 @@ def roles(opened: Opened, command_map: ChannelMap | None) -> Roles:
     guessed = guesses(live, OF_RIG)
     rolling = {guessed[name].column.name for name in guessed} if set(ROLLING) <= set(guessed) else set()
     guessed |= guesses([column for column in live if column.name not in rolling], OF_MOTION)
-    for needed in (ROLLING, ("side_force", "plate_displacement")):
-        if "side_force" in guessed or any(name in guessed for name in needed):
+    for needed in (ROLLING, ("lateral_force", "plate_displacement")):
+        if "lateral_force" in guessed or any(name in guessed for name in needed):
             guessed |= _by_unit(live, guessed, needed)
     guessed |= _by_unit(live, guessed, ("speed", "temperature", "pressure"))
-    if "side_force" not in guessed:
+    if "lateral_force" not in guessed:
         guessed |= _by_unit(live, guessed, PULL, all_or_none=True)
     return Roles(opened, command_map, sidecar, guessed)
 

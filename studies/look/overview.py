@@ -152,7 +152,7 @@ LABEL = 40
 COLOURS = {
     "slip sweep": "#5f9ed1",
     "step (relaxation)": "#3b7d4f",
-    "pull test": "#5f9ed1",
+    "lateral stiffness test": "#5f9ed1",
     "free decay (modal)": "#e5a823",
     "replay (histories)": "#8f6bb0",
 }

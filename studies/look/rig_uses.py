@@ -23,10 +23,10 @@ from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.units import find_unit, quantity_of
 from tyre.recordings.channels import Record, records
-from tyre.recordings.recording import CONVENTIONS, Condition, PullTest, RigRun
+from tyre.recordings.recording import CONVENTIONS, Condition, LateralStiffnessTest, RigRun
 from tyre.recordings.run_checks import preflight
 
-SWEEP, PULLED, STEP, STEADY = "slip sweep", "pull test", "step (relaxation)", "steady curve"
+SWEEP, PULLED, STEP, STEADY = "slip sweep", "lateral stiffness test", "step (relaxation)", "steady curve"
 USES = (SWEEP, PULLED, STEP, "free decay (modal)", "replay (histories)", "frequency response")
 """Uses of a recording; of a table without time the first one is a steady curve."""
 
@@ -70,13 +70,14 @@ def place_of(use: Use) -> int:
 
 OTHERWISE = {
     SWEEP: "a slip sweep goes up and down between slip angles, without rest, with kind = slip_sweep or none",
-    PULLED: "a pull test needs side_force, plate_displacement and rim_displacement (or rigid_rim = true)",
-    STEADY: 'settled points of slip angle, load and side force have no time, with kind = "steady"',
+    PULLED: "a lateral stiffness test needs lateral_force, plate_displacement and rim_displacement (or "
+    "rigid_rim = true)",
+    STEADY: 'settled points of slip angle, load and lateral force have no time, with kind = "steady"',
     STEP: 'a step rests, goes to another slip angle and rests there; write kind = "slip_step" into its sidecar',
 }
 """What makes a recording the other use."""
 
-KINDS = {"slip_sweep": SWEEP, "pull_test": PULLED, "slip_step": STEP}  # in which each recording is sorted
+KINDS = {"slip_sweep": SWEEP, "lateral_stiffness": PULLED, "slip_step": STEP}  # in which each recording is sorted
 ALL_ROLLING = (*ROLLING, "aligning_moment", "inclination", "speed", "temperature", "pressure")
 MANY_POINTS = 300  # of a level; nobody waits for so many to settle
 CHANNEL_OF = {"load": "vertical_load", "camber": "inclination"}
@@ -100,8 +101,8 @@ class Supposed:
     windows: tuple[Found, ...] = ()  # events of several conditions; none: the whole recording is one
     condition: Condition | None = None  # of the whole, by the channels
     load: float = np.nan  # median of the whole, N
-    rigid_rim: bool = False  # a pull test without rim displacement
-    pull: bool = False  # a pull test rather than a rolling tyre
+    rigid_rim: bool = False  # a lateral stiffness test without rim displacement
+    pull: bool = False  # a lateral stiffness test rather than a rolling tyre
     step: bool = False  # the whole recording is a step
     steady: bool = False  # settled points, without time
     levels: tuple[Condition, ...] = ()  # of settled points
@@ -120,9 +121,11 @@ class Supposed:
         return [name for name in ("tyre", "load", "pressure", "surface", "axes") if name not in said_keys]
 
 
-def find_axes(whole: Record, supposed: Supposed, path: Path, load: float | None) -> tuple[str, RigRun | PullTest]:
+def find_axes(
+    whole: Record, supposed: Supposed, path: Path, load: float | None
+) -> tuple[str, RigRun | LateralStiffnessTest]:
     """Find the axes under which the recording has the right signs, else the first ones that can be read."""
-    first: tuple[str, RigRun | PullTest] | None = None
+    first: tuple[str, RigRun | LateralStiffnessTest] | None = None
     error: InputError | None = None
     likely = CONVENTIONS if load is None or load > 0 else sorted(CONVENTIONS, key=lambda name: name != "SAE")
     for axes in likely:
@@ -140,7 +143,7 @@ def find_axes(whole: Record, supposed: Supposed, path: Path, load: float | None)
     return first
 
 
-def as_rig(record: Record, supposed: Supposed, axes: str, path: Path) -> RigRun | PullTest:
+def as_rig(record: Record, supposed: Supposed, axes: str, path: Path) -> RigRun | LateralStiffnessTest:
     """Make rig data of a ``record``, as ``tyre fit`` has it once the draft (``supposed``) is filled in."""
     assumed = (
         Condition("?", load=400.0, pressure=5e5, surface="flat")
@@ -161,18 +164,18 @@ def as_rig(record: Record, supposed: Supposed, axes: str, path: Path) -> RigRun 
     return recording
 
 
-def judge(name: str, recording: RigRun | PullTest, roles: Roles, path: Path) -> tuple[str, Event, str]:
+def judge(name: str, recording: RigRun | LateralStiffnessTest, roles: Roles, path: Path) -> tuple[str, Event, str]:
     """Judge one event: its use, its samples, and why they cannot be fitted (empty if they can)."""
     if isinstance(recording, RigRun):
         recording = replace(recording, condition=level_conditions({"": recording})[""])
-    if isinstance(recording, PullTest):
+    if isinstance(recording, LateralStiffnessTest):
         kind, used, lacks = PULLED, recording.complete, "lack a reading"
     elif recording.kind == "steady":
-        kind, used, lacks = STEADY, np.isfinite(recording.side_force), "lack the side force"
+        kind, used, lacks = STEADY, np.isfinite(recording.lateral_force), "lack the lateral force"
     elif is_slip_step(recording):
         kind, used, lacks = STEP, complete_samples(recording), "lack a channel"
     else:
-        kind, used, lacks = SWEEP, np.isfinite(recording.side_force), "lack the side force"
+        kind, used, lacks = SWEEP, np.isfinite(recording.lateral_force), "lack the lateral force"
     problem = ""
     notes: tuple[str, ...] = ()
     if isinstance(recording, RigRun) and kind == STEP and roles.sidecar is None:
@@ -304,11 +307,11 @@ def _judge_without_sidecar(roles: Roles, needed: Sequence[str]) -> tuple[list[Us
 
 
 def _judge_settled_points(roles: Roles) -> tuple[list[Use], Supposed | None]:
-    """Judge a table of slip angle and side force without time: settled points, sorted by their levels."""
+    """Judge a table of slip angle and lateral force without time: settled points, sorted by their levels."""
     path, channels = roles.opened.path, ALL_ROLLING
     supposed = Supposed(steady=True)
     step = Use(STEP, (), ("no channel could be the time: these are settled points",), (OTHERWISE[STEP],))
-    if unsure := roles.unknown_units(["slip_angle", "side_force", "vertical_load"]):
+    if unsure := roles.unknown_units(["slip_angle", "lateral_force", "vertical_load"]):
         reason = f"no unit is known of {', '.join(unsure.values())}"
         return [Use(STEADY, (), (reason,), ("write the units into the draft",)), step], supposed
     try:

@@ -211,8 +211,8 @@ def _measured_case(table: Table, tyres: tuple[TyreSource, TyreSource], bicycle: 
         if math.isnan(p.relaxation_length):
             raise InputError(
                 f"{tyre.label} holds no lateral stiffness, so no relaxation length, which the main study is about; add "
-                "what a pull test gives to its file (lateral_stiffness_N_per_mm of a Pacejka-89 set, LATERAL_STIFFNESS "
-                "of a .tir file)"
+                "what a lateral stiffness test gives to its file (lateral_stiffness_N_per_mm of a Pacejka-89 set, "
+                "LATERAL_STIFFNESS of a .tir file)"
             )
         marked = tyre.synthetic and "synthetic" not in tyre.tyre.lower()
         names[tyre.tyre + (" (synthetic)" if marked else "")] = None

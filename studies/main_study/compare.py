@@ -354,7 +354,7 @@ def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
     except InputError as error:
         return Amplitude(case, refused=str(error))
     traces = tuple(traces_of(cycles))
-    return Amplitude(case, traces, extent(traces, up_to=settings.fastest), None if curves else MagicTyre().friction)
+    return Amplitude(case, traces, extent(traces, up_to=settings.fastest), None if curves else MagicTyre().peak_factor)
 
 
 @dataclass(frozen=True, eq=False)

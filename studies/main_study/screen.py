@@ -5,7 +5,7 @@ Less air moves wobble where the range of its unstable speeds becomes longer, or 
 - ``yes``: it moves one way in a world that rests on no assumed front, the other way in none, and in at least
   :attr:`Limits.agree` of the plausible bicycles likewise.
 - ``no practical difference``: it moves in none of the four worlds, and in at most the rest of the plausible bicycles.
-- ``cannot be said``: all else, and whenever a world is not known.
+- ``inconclusive``: all else, and whenever a world is not known.
 
 A tyre of one condition has no less air; then the question is if it wobbles at all, over as many speeds, by that rule.
 """
@@ -21,9 +21,9 @@ from studies.main_study.settings import LIMITS, Setup
 from studies.main_study.study import Study, pressure_ends
 from tyre.ground.arrays import Array
 
-YES, NO_DIFFERENCE, NO, UNKNOWN = "yes", "no practical difference", "no", "cannot be said"
+YES, NO_DIFFERENCE, NO, UNKNOWN = "yes", "no practical difference", "no", "inconclusive"
 
-# Why it cannot be said: no front is known or assumed; a world could not be computed; no world moves, but plausible
+# Why it inconclusive: no front is known or assumed; a world could not be computed; no world moves, but plausible
 # bicycles do; worlds move both ways; the plausible bicycles do not agree; only worlds of an assumed front move.
 NO_FRONT, WORLD_MISSING, BICYCLES_MOVE = "no front", "world missing", "bicycles move"
 WORLDS_DIFFER, BICYCLES_DIFFER, FRONT_ASSUMED = "worlds differ", "bicycles differ", "front assumed"
@@ -97,7 +97,7 @@ class Answer:
     """Facts of the first screen on the tyre in question."""
 
     word: str  # YES, NO_DIFFERENCE, NO or UNKNOWN
-    doubt: str  # NO_FRONT ... FRONT_ASSUMED: why it cannot be said; empty if it can
+    doubt: str  # NO_FRONT ... FRONT_ASSUMED: why it inconclusive; empty if it can
     worlds: tuple[World, ...]  # reference first
     longer: int  # plausible bicycles that less air brings closer
     shorter: int  # plausible bicycles from which less air takes wobble farther away
@@ -247,7 +247,7 @@ def word_of(worlds: list[tuple[int, bool]], longer: int, shorter: int, count: in
 
 
 def _doubt_of(worlds: list[tuple[int, bool]], *, front_known: bool) -> str:
-    """Say why it cannot be said; ``worlds`` as in :func:`word_of`."""
+    """Say why it inconclusive; ``worlds`` as in :func:`word_of`."""
     moving = [(moves, assumed) for moves, assumed in worlds if moves]
     if not front_known:
         return NO_FRONT
@@ -274,7 +274,7 @@ def record(study: Study, answer: Answer) -> dict[str, Any]:
             "unstable": span is not None,
             "from_m_s": span.low if span else None,
             "to_m_s": span.high if span and span.high <= limit else None,
-            "least_damping_ratio": result.least.damping_ratio if result.least else None,
+            "min_damping_ratio": result.least.damping_ratio if result.least else None,
         }
 
     return {
@@ -302,5 +302,5 @@ def record(study: Study, answer: Answer) -> dict[str, Any]:
             "longer": answer.longer,
             "shorter": answer.shorter,
         },
-        "hinges": [{"what": hinge.what, "change_of_least_damping_ratio": hinge.size} for hinge in answer.hinges],
+        "hinges": [{"what": hinge.what, "change_of_min_damping_ratio": hinge.size} for hinge in answer.hinges],
     }

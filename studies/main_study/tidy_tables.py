@@ -37,8 +37,8 @@ def tables(study: Study) -> dict[str, pd.DataFrame]:
         "decomposition_damping_ratio": _changes(study, DAMPING, ""),
         "decomposition_critical_speed": _changes(study, CRITICAL, "_m_s"),
         "wobble": _wobble(study),
-        "hinges": _hinges(study),
-        "plausible_fronts": _front_samples(study),
+        "one_at_a_time": _hinges(study),
+        "front_frame_samples": _front_samples(study),
         "published": _comparisons(study),
         "monte_carlo": _monte_carlo(study),
     }
@@ -165,7 +165,7 @@ def _wobble(study: Study) -> Iterator[Row]:
             "unstable": span is not None,
             "from_m_s": span.low if span else None,
             "to_m_s": span.high if span else None,
-            "least_damping_ratio": r.least.damping_ratio if r.least else None,
+            "min_damping_ratio": r.least.damping_ratio if r.least else None,
             "at_m_s": r.least.speed if r.least else None,
         }
         for edge in ("onset", "end"):
@@ -185,7 +185,7 @@ def _hinges(study: Study) -> Iterator[Row]:
                 "unstable": end.span is not None,
                 "from_m_s": end.span.low if end.span else None,
                 "to_m_s": end.span.high if end.span else None,
-                "least_damping_ratio": end.least.damping_ratio if end.least else None,
+                "min_damping_ratio": end.least.damping_ratio if end.least else None,
             }
 
 

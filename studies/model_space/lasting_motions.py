@@ -36,7 +36,7 @@ def with_onsets(
     except InputError:
         return tuple(critical)
     begins = {onset.critical: onset.kind for onset in onsets}
-    return tuple(replace(speed, begins=begins.get(speed)) for speed in critical)
+    return tuple(replace(speed, bifurcation=begins.get(speed)) for speed in critical)
 
 
 class Trace(NamedTuple):

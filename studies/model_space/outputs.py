@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.model.eigen import frequency_hz, least_damping_ratio, pair_damping_ratio
+from bicycle.model.eigen import frequency_hz, min_damping_ratio, pair_damping_ratio
 from bicycle.model.model import Model
 from bicycle.model.model_family import ModelFamily
 from bicycle.model.state_space import LinearModel
@@ -116,14 +116,12 @@ def _eigenvalues(roots: Complex) -> Complex:
     return roots
 
 
-@output("largest_growth_rate", unit="1/s", label="Largest growth rate", source=ROOTS, unstable=1)
-def _largest_growth_rate(roots: Complex) -> Array:
+@output("max_growth_rate", unit="1/s", label="Largest growth rate", source=ROOTS, unstable=1)
+def _max_growth_rate(roots: Complex) -> Array:
     return np.asarray(roots.real.max(-1))
 
 
-output("smallest_damping_ratio", unit="1", label="Smallest damping ratio", source=ROOTS, unstable=-1)(
-    least_damping_ratio
-)
+output("min_damping_ratio", unit="1", label="Smallest damping ratio", source=ROOTS, unstable=-1)(min_damping_ratio)
 
 
 @output("modes", unit="1/s", label="Eigenvalue", source=MODE, complex_valued=True, reducible=False)

@@ -42,7 +42,7 @@ def lines(
     content = {
         "cycles": cycles,
         "frame": frame,
-        "friction": peak_factor,
+        "peak_factor": peak_factor,
         "without_kick": without_kick,
         "slowest": SLOWEST,
         "sides": sides,
@@ -69,7 +69,7 @@ def record(
             "speed_m_s": onset.critical.speed,
             "mode": onset.critical.mode,
             "as_speed_grows": onset.critical.direction,
-            "begins": onset.kind,
+            "bifurcation": onset.kind,
             "lyapunov_1_s_rad2": onset.bend,
             "lyapunov_band_1_s_rad2": list(onset.band),
         }
@@ -101,7 +101,7 @@ def record(
                 "largest_wobble_deg": side.extent.largest if side.extent else None,
                 "largest_wobble_at_m_s": side.extent.at if side.extent else None,
                 "weave_unstable_from_m_s": side.weave.critical.speed if side.weave else None,
-                "weave_begins": side.weave.kind if side.weave else None,
+                "weave_bifurcation": side.weave.kind if side.weave else None,
                 "weave_caught_deg": side.caught,
             }
             for side in sides

@@ -131,13 +131,18 @@ def _parse_shape(text: str, shape: str, value: str, unit: str) -> InputHistory:
         raise InputError(f"input {text!r}: {error}") from error
 
 
-PANELS = (("lean", "steer"), ("yaw_rate",), ("rear_side_force", "front_side_force"), ("rear_lateral_displacement",))
-TITLES = {"rear_side_force": "Side force", "rear_lateral_displacement": "Lateral path", "lean": "Angle"}
+PANELS = (
+    ("lean", "steer"),
+    ("yaw_rate",),
+    ("rear_lateral_force", "front_lateral_force"),
+    ("rear_lateral_displacement",),
+)
+TITLES = {"rear_lateral_force": "Lateral force", "rear_lateral_displacement": "Lateral path", "lean": "Angle"}
 DEGREES = {"rad": ("°", 180 / np.pi), "rad/s": ("°/s", 180 / np.pi)}
 
 
 def draw_responses(responses: Mapping[str, Response], target: Path, *, title: str) -> None:
-    """Inputs, angles, yaw rate, side forces and path over time; one line style per response."""
+    """Inputs, angles, yaw rate, lateral forces and path over time; one line style per response."""
     first = next(iter(responses.values()))
     panels: list[tuple[str, ...]] = [(name,) for name in first.inputs]
     panels += [present for panel in PANELS if (present := tuple(name for name in panel if name in first.outputs))]

@@ -50,7 +50,7 @@ def record(
                 "frequency_rad_s": c.angular_frequency,
                 "direction": c.direction,
             }
-            | ({"begins": c.begins} if c.begins else {})
+            | ({"bifurcation": c.bifurcation} if c.bifurcation else {})
             for c in critical
         ],
         "critical_speeds_searched_m_s": [0.0, max_speed],

@@ -121,8 +121,8 @@ def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":
     """Tabulate critical speeds, a row each, with the unit in the column names."""
     import pandas as pd
 
-    columns = ("speed_m_s", "mode", "kind", "frequency_Hz", "as_speed_grows", "begins")
-    rows = [(c.speed, c.mode, c.kind, c.frequency_hz, c.direction, c.begins) for c in critical]
+    columns = ("speed_m_s", "mode", "kind", "frequency_Hz", "as_speed_grows", "bifurcation")
+    rows = [(c.speed, c.mode, c.kind, c.frequency_hz, c.direction, c.bifurcation) for c in critical]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -166,11 +166,11 @@ def print_critical(
         click.echo(f"no critical speed up to {max_speed:g} m/s: no mode becomes stable or unstable; it is {stability}")
         return
     rows: list[list[Any]] = []
-    begins = any(c.begins for speeds in critical.values() for c in speeds)
+    bifurcations = any(c.bifurcation for speeds in critical.values() for c in speeds)
     for name, speeds in critical.items():
         lines = [[f"{c.speed:.6f}", c.mode, c.kind, c.frequency_hz, c.direction] for c in speeds]
-        if begins:
-            lines = [[*cells, c.begins] for cells, c in zip(lines, speeds, strict=True)]
+        if bifurcations:
+            lines = [[*cells, c.bifurcation] for cells, c in zip(lines, speeds, strict=True)]
         if not lines:
             state = "unstable" if throughout[name] else "not unstable"
             lines = [["none", None, None, None, f"{state} throughout"]]
@@ -178,8 +178,8 @@ def print_critical(
     headers = ["critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"]
     if any(critical):
         headers.insert(0, "bicycle")
-    if begins:
-        headers.append("the motion")
+    if bifurcations:
+        headers.append("bifurcation")
     print_table(rows, headers)
 
 

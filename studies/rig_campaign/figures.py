@@ -89,7 +89,7 @@ def _loads_pressures(conditions: Sequence[ConditionResult]) -> tuple[list[float]
 
 
 def _sweep_curve(summary: RecordingSummary, slip: Channel, *, offsets: bool = True) -> Channel:
-    """Fitted steady side force (N) of one sweep over ``slip`` (rad), with Sh and Sv or through the origin."""
+    """Fitted steady lateral force (N) of one sweep over ``slip`` (rad), with Sh and Sv or through the origin."""
     details = summary.details
     force, _ = magic_formula(
         slip=slip + (details["Sh_rad"] if offsets else 0.0),
@@ -102,7 +102,7 @@ def _sweep_curve(summary: RecordingSummary, slip: Channel, *, offsets: bool = Tr
 
 
 def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> Figure:
-    """Draw side force over slip and load of one tyre on one surface, one panel per pressure."""
+    """Draw lateral force over slip and load of one tyre on one surface, one panel per pressure."""
     loads, pressures = _loads_pressures(conditions)
     figure, axes = _empty_figure(1, len(pressures), width=max(6.4, 2.9 * len(pressures)), height=4.2, sharey=True)
     points = [points_of(item) for c in conditions for item in c.sweeps]
@@ -138,11 +138,11 @@ def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> Figure:
             xlabel="slip angle, shifted by load",
             title=f"{pressure / PASCAL_PER_BAR:g} bar",
         )
-    axes[0].set(ylabel="side force without offsets (N)", ylim=(0.0, 1.12 * top))
+    axes[0].set(ylabel="lateral force without offsets (N)", ylim=(0.0, 1.12 * top))
     axes[0].legend(title="vertical load", loc="upper left", fontsize=8)
     first = conditions[0]
     return _add_title(
-        figure, f"{first.tyre}, {first.surface}: side force over slip (grey: constant slip) and load", first
+        figure, f"{first.tyre}, {first.surface}: lateral force over slip (grey: constant slip) and load", first
     )
 
 
@@ -184,8 +184,11 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> Figure:
 
 
 def over_camber(conditions: Sequence[ConditionResult]) -> Figure:
-    """Draw side force and aligning moment at zero slip over camber, a line per load and pressure."""
-    quantities = (("force_at_zero{}_N", "side force at zero slip (N)"), ("moment_at_zero{}_N_m", "moment at it (N m)"))
+    """Draw lateral force and aligning moment at zero slip over camber, a line per load and pressure."""
+    quantities = (
+        ("force_at_zero{}_N", "lateral force at zero slip (N)"),
+        ("moment_at_zero{}_N_m", "moment at it (N m)"),
+    )
     measured = [q for q in quantities if any(q[0].format("") in item.details for c in conditions for item in c.sweeps)]
     figure, axes = _empty_figure(1, len(measured), width=4.6 * len(measured) + 0.4, height=4.4)
     loads, pressures = _loads_pressures(conditions)
@@ -272,7 +275,7 @@ def residuals(summary: RecordingSummary) -> Figure:
         for panel, y in ((upper, points["force_N"]), (lower, residual)):
             panel.plot(x[chosen], y[chosen], ls="none", marker=marker, color=colour, ms=3.5, label=name)
     upper.plot(*curve, color=COLOURS[1], lw=1.2, label=label)
-    upper.set_ylabel("side force (N)")
+    upper.set_ylabel("lateral force (N)")
     upper.legend(fontsize=8)
     lower.axhline(0.0, color="k", lw=0.8)
     return _add_title(figure, figure_title, summary)
@@ -283,7 +286,7 @@ def repeats(campaign: Campaign) -> Figure:
     figure, axes = _empty_figure(1, 2, width=9.0, height=3.9, sharey=True)
     kinds = (
         ("slip sweeps: cornering stiffness", campaign.sweep_repeatability, "sweeps"),
-        ("pull tests: lateral stiffness", campaign.pull_repeatability, "pulls"),
+        ("lateral stiffness tests: lateral stiffness", campaign.pull_repeatability, "pulls"),
     )
     for panel, (title, pooled, name) in zip(axes, kinds, strict=True):
         number = 0

@@ -170,7 +170,9 @@ def _condition_row(c: ConditionResult) -> dict[str, Any]:
         scaled = None if estimate is None else estimate.scaled(factor)
         numbers = (None,) * 4 if scaled is None else (scaled.value, scaled.sd, *scaled.ci95)
         row |= dict(zip((f"{name}{part}_{unit}" for part in ("", "_sd", "_low", "_high")), numbers, strict=True))
-    row |= {f"{kind}_scatter_relative": c.scatter.get(kind) for kind in ("slip_sweep", "pull_test", "slip_step")}
+    row |= {
+        f"{kind}_scatter_relative": c.scatter.get(kind) for kind in ("slip_sweep", "lateral_stiffness", "slip_step")
+    }
     return row | {
         "r_squared": c.r_squared,
         "routes_p_value": None if c.routes is None else c.routes.p_value,
@@ -183,7 +185,7 @@ def _condition_row(c: ConditionResult) -> dict[str, Any]:
 
 
 def _recording_rows(campaign: Campaign) -> list[dict[str, Any]]:
-    quantities = {"slip_sweep": "C_Fy_N_per_rad", "pull_test": "K_y_N_per_m", "slip_step": "length_m"}
+    quantities = {"slip_sweep": "C_Fy_N_per_rad", "lateral_stiffness": "K_y_N_per_m", "slip_step": "length_m"}
     rows = {
         item.file: {
             "file": item.file,

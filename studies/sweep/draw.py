@@ -44,7 +44,7 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
             drawn.folder.rmdir()
         raise InputError(
             f"{stored.path.as_posix()} holds nothing that is drawn ({', '.join(stored.sweep.outputs)}; "
-            f"{'; '.join(drawn.remarks)}); ask the sweep for critical_speeds, or for largest_growth_rate, "
+            f"{'; '.join(drawn.remarks)}); ask the sweep for critical_speeds, or for max_growth_rate, "
             "damping_ratios or modes at several speeds"
         )
     return drawn

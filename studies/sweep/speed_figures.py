@@ -14,7 +14,7 @@ from tyre.ground.arrays import Array
 
 LEAST_FOR_BANDS = 20  # bicycles; fewer are drawn one by one
 MOST_MODES = 4  # in a figure
-GROWTH = OUTPUTS["largest_growth_rate"]
+GROWTH = OUTPUTS["max_growth_rate"]
 
 
 def draw_stability(drawn: Drawn) -> None:

@@ -18,7 +18,7 @@ from tyre.ground.errors import InputError
 
 LEAST_SHARE = 0.1  # of the bicycles: an output that fewer have is not drawn over parameters
 OCCURRENCE = ("", ", second", ", third", ", fourth")
-GROWTH = "largest_growth_rate"
+GROWTH = "max_growth_rate"
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ Motion: ``simulate`` ``respond`` ``frequency_response`` ``step`` ``pulse`` ``dou
 (1001,)
 
 Tyres and their tests: ``read_tyre`` ``available_tyres`` ``TyreMap`` ``read_recording`` ``fit_slip_sweep``
-``fit_pull_test``
+``fit_lateral_stiffness``
 
 >>> vt.read_tyre("Tyre1").at(load=400.0, pressure=5.5e5).cornering_stiffness.__round__()
 6400
@@ -66,7 +66,7 @@ PLACES = {
     "tyre": (
         "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",
     ),
-    "tyre.fits.pull_test": ("fit_pull_test",),
+    "tyre.fits.lateral_stiffness": ("fit_lateral_stiffness",),
     "tyre.fits.slip_sweep": ("fit_slip_sweep",),
     "tyre.fits.recording_files": ("read_recording",),
 }  # fmt: skip

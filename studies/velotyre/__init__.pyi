@@ -32,7 +32,7 @@ from studies.door.library import (
     uncertainty,
 )
 from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, TyreSource, available_tyres, read_tyre
-from tyre.fits.pull_test import fit_pull_test
+from tyre.fits.lateral_stiffness import fit_lateral_stiffness
 from tyre.fits.recording_files import read_recording
 from tyre.fits.slip_sweep import fit_slip_sweep
 
@@ -40,12 +40,12 @@ from . import effects
 from .effects import (
     AerodynamicDrag,
     AligningMoment,
-    BarBag,
     CamberThrust,
     ContactLength,
     CrownRadius,
     ForkBending,
     FrontCompliance,
+    HandlebarBag,
     Longitudinal,
     Luggage,
     NoSlip,
@@ -53,7 +53,6 @@ from .effects import (
     PneumaticTrail,
     RearCompliance,
     RelaxationLength,
-    ResidualTorque,
     RiderArms,
     RiderControl,
     RiderDelay,
@@ -68,6 +67,7 @@ from .effects import (
     SteerMotor,
     SteerSpring,
     TwistingTorque,
+    UnmodelledTorque,
     WheelCompliance,
 )
 
@@ -76,7 +76,6 @@ PLACES: dict[str, tuple[str, ...]]
 __all__ = [
     "AerodynamicDrag",
     "AligningMoment",
-    "BarBag",
     "Bicycle",
     "CamberThrust",
     "ContactLength",
@@ -86,6 +85,7 @@ __all__ = [
     "ForkBending",
     "FrequencyResponse",
     "FrontCompliance",
+    "HandlebarBag",
     "InputError",
     "InputHistory",
     "LinearModel",
@@ -101,7 +101,6 @@ __all__ = [
     "PneumaticTrail",
     "RearCompliance",
     "RelaxationLength",
-    "ResidualTorque",
     "Response",
     "RiderArms",
     "RiderControl",
@@ -120,6 +119,7 @@ __all__ = [
     "TyreMap",
     "TyreProperties",
     "TyreSource",
+    "UnmodelledTorque",
     "WheelCompliance",
     "available_bicycles",
     "available_models",
@@ -132,7 +132,7 @@ __all__ = [
     "doublet",
     "effect_class",
     "effects",
-    "fit_pull_test",
+    "fit_lateral_stiffness",
     "fit_slip_sweep",
     "frequency_response",
     "limit_cycles",

@@ -57,7 +57,7 @@ class AerodynamicDrag(Effect):
 class AligningMoment(Effect):
     """Lagged moment of the slip angle on each wheel, dMz/dt = (C_M/length) s - (v/length) Mz, steady Mz = -C_M alpha.
 
-    The side force and its moment need not build up over the same distance. With C_M = t C, equal lengths and no
+    The lateral force and its moment need not build up over the same distance. With C_M = t C, equal lengths and no
     camber thrust it is the pneumatic trail t.
 
     Parameters
@@ -82,38 +82,9 @@ class AligningMoment(Effect):
         relaxation_length: PerWheelValue,
     ) -> None: ...
 
-class BarBag(Effect):
-    """A point mass fixed to the steered front frame that the bicycle's parameters do not contain: bag, basket, lamp.
-
-    It turns with the steering and with whatever carries the front frame; its own extent is neglected.
-
-    Parameters
-    ----------
-    mass : float, kg
-        Of the bag; typical 0.5 .. 5, allowed 0 .. inf; the effect vanishes at 0; negligible below 0.2.
-    x : float, m, default 0.85
-        Mass centre, ahead of the rear contact; typical 0.6 .. 1, allowed any.
-    z : float, m, default -0.9
-        Mass centre, z down; typical -1.1 .. -0.7, allowed any.
-
-    Notes
-    -----
-    Source: Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body).
-    """
-
-    mass: float
-    x: float
-    z: float
-    def __init__(
-        self,
-        *,
-        mass: float,
-        x: float = 0.85,
-        z: float = -0.9,
-    ) -> None: ...
-
 class CamberThrust(Effect):
-    """Side force C_gamma gamma towards the lean; ``lag_share`` of it builds up with the slip force, the rest at once.
+    """Lateral force C_gamma gamma towards the lean; ``lag_share`` of it builds up with the slip force, the rest at
+    once.
 
     A tyre whose camber stiffness equals its load carries a steady lean without slipping. Some tyres show a
     non-lagging part.
@@ -121,8 +92,8 @@ class CamberThrust(Effect):
     Parameters
     ----------
     camber_stiffness : float or {rear, front}, N/rad
-        Side force per camber angle; typical 150 .. 700 (0.43 to 0.94 of loads of 350 to 745 N; from Dressel (2013)
-        to a Schwalbe tyre), allowed 0 .. inf; the effect vanishes at 0; negligible below 20.
+        Lateral force per camber angle; typical 150 .. 700 (0.43 to 0.94 of loads of 350 to 745 N; from Dressel
+        (2013) to a Schwalbe tyre), allowed 0 .. inf; the effect vanishes at 0; negligible below 20.
     lag_share : float, dimensionless, default 1
         Share of the camber force that lags with the slip force; typical 0 .. 1, allowed 0 .. 1.
 
@@ -141,7 +112,7 @@ class CamberThrust(Effect):
     ) -> None: ...
 
 class ContactLength(Effect):
-    """Side force and moment of a string in contact from +a to -a, beside the relaxation length L that was measured.
+    """Lateral force and moment of a string in contact from +a to -a, beside the relaxation length L that was measured.
 
     Its free ends decay over sigma, c_c is the lateral stiffness per length. Measured are C = 2 c_c (sigma + a)^2 and,
     in a pull at rest, K = 2 c_c (sigma + a), so L = C/K is sigma + a. A deflection straight along the contact,
@@ -205,8 +176,8 @@ class ForkBending(Effect):
     """A sprung and damped hinge across the steer axis that carries the front wheel and turns with the handlebar.
 
     Axis (cos lam, 0, -sin lam) through the steer axis, ``length`` above the point of it next to the wheel centre. A
-    side force F at the hub moves it by F length^2 / stiffness. Beside front_compliance, the twist of the frame, it is
-    the second joint of the front.
+    lateral force F at the hub moves it by F length^2 / stiffness. Beside front_compliance, the twist of the frame, it
+    is the second joint of the front.
 
     Parameters
     ----------
@@ -271,6 +242,36 @@ class FrontCompliance(Effect):
         stiffness: float = 3000.0,
         damping: float = 20.0,
         axis_tilt: float = ...,
+    ) -> None: ...
+
+class HandlebarBag(Effect):
+    """A point mass fixed to the steered front frame that the bicycle's parameters do not contain: bag, basket, lamp.
+
+    It turns with the steering and with whatever carries the front frame; its own extent is neglected.
+
+    Parameters
+    ----------
+    mass : float, kg
+        Of the bag; typical 0.5 .. 5, allowed 0 .. inf; the effect vanishes at 0; negligible below 0.2.
+    x : float, m, default 0.85
+        Mass centre, ahead of the rear contact; typical 0.6 .. 1, allowed any.
+    z : float, m, default -0.9
+        Mass centre, z down; typical -1.1 .. -0.7, allowed any.
+
+    Notes
+    -----
+    Source: Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body).
+    """
+
+    mass: float
+    x: float
+    z: float
+    def __init__(
+        self,
+        *,
+        mass: float,
+        x: float = 0.85,
+        z: float = -0.9,
     ) -> None: ...
 
 class Longitudinal(Effect):
@@ -351,7 +352,7 @@ class Luggage(Effect):
     ) -> None: ...
 
 class NoSlip(Effect):
-    """Wheels that roll without side slip; the side force is whatever holds the contact (the Whipple bicycle).
+    """Wheels that roll without side slip; the lateral force is whatever holds the contact (the Whipple bicycle).
 
     Notes
     -----
@@ -361,10 +362,10 @@ class NoSlip(Effect):
     def __init__(self) -> None: ...
 
 class OverturningMoment(Effect):
-    """Moment Mx = -overturning_stiffness gamma - arm F about the forward axis of a leaning tyre with side force F.
+    """Moment Mx = -overturning_stiffness gamma - arm F about the forward axis of a leaning tyre with lateral force F.
 
-    The load of a leaning tyre acts beside its plane, and a side force shifts the contact sideways under the load. Of a
-    tyre of radius rho crown_radius does the first exactly; give here what is measured beyond it.
+    The load of a leaning tyre acts beside its plane, and a lateral force shifts the contact sideways under the load. Of
+    a tyre of radius rho crown_radius does the first exactly; give here what is measured beyond it.
 
     Parameters
     ----------
@@ -372,8 +373,8 @@ class OverturningMoment(Effect):
         Moment against the lean, per camber angle; typical -5 .. 10, allowed any; the effect vanishes at 0;
         negligible below 0.2.
     arm : float or {rear, front}, m, default 0
-        Moment per side force: load over lateral stiffness; typical 0 .. 0.01, allowed any; the effect vanishes at
-        0.
+        Moment per lateral force: load over lateral stiffness; typical 0 .. 0.01, allowed any; the effect vanishes
+        at 0.
 
     Notes
     -----
@@ -390,14 +391,14 @@ class OverturningMoment(Effect):
     ) -> None: ...
 
 class PneumaticTrail(Effect):
-    """The side force acts behind the contact centre: Mz = -t F on both wheels, camber part included.
+    """The lateral force acts behind the contact centre: Mz = -t F on both wheels, camber part included.
 
     Under no_slip F is the constraint force.
 
     Parameters
     ----------
     trail : float or {rear, front}, m, default 0.017
-        Distance of the side force behind the contact centre; typical 0 .. 0.03, allowed 0 .. 0.2; the effect
+        Distance of the lateral force behind the contact centre; typical 0 .. 0.03, allowed 0 .. 0.2; the effect
         vanishes at 0; negligible below 0.001.
 
     Notes
@@ -452,7 +453,7 @@ class RearCompliance(Effect):
     ) -> None: ...
 
 class RelaxationLength(Effect):
-    """First-order side force, (lambda/v) dF/dt + F = C alpha + camber force, regular at v = 0.
+    """First-order lateral force, (lambda/v) dF/dt + F = C alpha + camber force, regular at v = 0.
 
     Written as dF/dt = -(C/lambda) s - (v/lambda) (F - camber force): C/lambda is the lateral stiffness K_y of the
     standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens lambda to C (1/K_y + 1/K_w).
@@ -460,9 +461,9 @@ class RelaxationLength(Effect):
     Parameters
     ----------
     cornering_stiffness : float or {rear, front}, N/rad
-        Slope of the side force at zero slip; typical 2000 .. 12000, allowed 0 .. inf.
+        Slope of the lateral force at zero slip; typical 2000 .. 12000, allowed 0 .. inf.
     relaxation_length : float or {rear, front}, m
-        Travelled distance in which 63 % of the side force builds up; typical 0.05 .. 0.25, allowed 1e-06 .. inf.
+        Travelled distance in which 63 % of the lateral force builds up; typical 0.05 .. 0.25, allowed 1e-06 .. inf.
 
     Notes
     -----
@@ -476,141 +477,6 @@ class RelaxationLength(Effect):
         *,
         cornering_stiffness: PerWheelValue,
         relaxation_length: PerWheelValue,
-    ) -> None: ...
-
-class ResidualTorque(Effect):
-    """Steer and lean torque, each linear in lean, steer and their rates, with coefficients that change with speed.
-
-    Torque = sum of (k + k_slope x + k_curve x^2) state with x = (v - middle_speed) / speed_span, so that all three have
-    the unit of k, which holds at the middle speed. Positive torques act like the inputs steer_torque and lean_torque:
-    a steering damper is a negative steer_from_steer_rate. It has no cause: the diagnosis fits it to what it cannot
-    name. Outside the speeds of its measurement, middle_speed - speed_span to middle_speed + speed_span, it is a guess.
-    Usual sizes scale sliders and the prior of that fit: of the steer torque 20 N m/rad of lean, 10 of steer, 4 and
-    2 N m s/rad of their rates; of the lean torque 100, 40, 20 and 10; slopes and curvatures have the size of their k.
-
-    Parameters
-    ----------
-    middle_speed : float, m/s, default 5
-        Of the measurement behind it; typical 2 .. 20, allowed 0 .. inf.
-    speed_span : float, m/s, default 1
-        Half the range of measured speeds; typical 0.5 .. 10, allowed 0.001 .. inf.
-    steer_from_lean : float, N m/rad, default 0
-        Steer torque over lean, at the middle speed; typical -20 .. 20, allowed any; the effect vanishes at 0.
-    steer_from_lean_slope : float, N m/rad, default 0
-        Steer torque over lean, its change over a span of speed; typical -20 .. 20, allowed any; the effect vanishes
-        at 0.
-    steer_from_lean_curve : float, N m/rad, default 0
-        Steer torque over lean, its curvature; typical -20 .. 20, allowed any; the effect vanishes at 0.
-    steer_from_steer : float, N m/rad, default 0
-        Steer torque over steer, at the middle speed; typical -10 .. 10, allowed any; the effect vanishes at 0.
-    steer_from_steer_slope : float, N m/rad, default 0
-        Steer torque over steer, its change over a span of speed; typical -10 .. 10, allowed any; the effect
-        vanishes at 0.
-    steer_from_steer_curve : float, N m/rad, default 0
-        Steer torque over steer, its curvature; typical -10 .. 10, allowed any; the effect vanishes at 0.
-    steer_from_lean_rate : float, N m s/rad, default 0
-        Steer torque over lean rate, at the middle speed; typical -4 .. 4, allowed any; the effect vanishes at 0.
-    steer_from_lean_rate_slope : float, N m s/rad, default 0
-        Steer torque over lean rate, its change over a span of speed; typical -4 .. 4, allowed any; the effect
-        vanishes at 0.
-    steer_from_lean_rate_curve : float, N m s/rad, default 0
-        Steer torque over lean rate, its curvature; typical -4 .. 4, allowed any; the effect vanishes at 0.
-    steer_from_steer_rate : float, N m s/rad, default 0
-        Steer torque over steer rate, at the middle speed; typical -2 .. 2, allowed any; the effect vanishes at 0.
-    steer_from_steer_rate_slope : float, N m s/rad, default 0
-        Steer torque over steer rate, its change over a span of speed; typical -2 .. 2, allowed any; the effect
-        vanishes at 0.
-    steer_from_steer_rate_curve : float, N m s/rad, default 0
-        Steer torque over steer rate, its curvature; typical -2 .. 2, allowed any; the effect vanishes at 0.
-    lean_from_lean : float, N m/rad, default 0
-        Lean torque over lean, at the middle speed; typical -100 .. 100, allowed any; the effect vanishes at 0.
-    lean_from_lean_slope : float, N m/rad, default 0
-        Lean torque over lean, its change over a span of speed; typical -100 .. 100, allowed any; the effect
-        vanishes at 0.
-    lean_from_lean_curve : float, N m/rad, default 0
-        Lean torque over lean, its curvature; typical -100 .. 100, allowed any; the effect vanishes at 0.
-    lean_from_steer : float, N m/rad, default 0
-        Lean torque over steer, at the middle speed; typical -40 .. 40, allowed any; the effect vanishes at 0.
-    lean_from_steer_slope : float, N m/rad, default 0
-        Lean torque over steer, its change over a span of speed; typical -40 .. 40, allowed any; the effect vanishes
-        at 0.
-    lean_from_steer_curve : float, N m/rad, default 0
-        Lean torque over steer, its curvature; typical -40 .. 40, allowed any; the effect vanishes at 0.
-    lean_from_lean_rate : float, N m s/rad, default 0
-        Lean torque over lean rate, at the middle speed; typical -20 .. 20, allowed any; the effect vanishes at 0.
-    lean_from_lean_rate_slope : float, N m s/rad, default 0
-        Lean torque over lean rate, its change over a span of speed; typical -20 .. 20, allowed any; the effect
-        vanishes at 0.
-    lean_from_lean_rate_curve : float, N m s/rad, default 0
-        Lean torque over lean rate, its curvature; typical -20 .. 20, allowed any; the effect vanishes at 0.
-    lean_from_steer_rate : float, N m s/rad, default 0
-        Lean torque over steer rate, at the middle speed; typical -10 .. 10, allowed any; the effect vanishes at 0.
-    lean_from_steer_rate_slope : float, N m s/rad, default 0
-        Lean torque over steer rate, its change over a span of speed; typical -10 .. 10, allowed any; the effect
-        vanishes at 0.
-    lean_from_steer_rate_curve : float, N m s/rad, default 0
-        Lean torque over steer rate, its curvature; typical -10 .. 10, allowed any; the effect vanishes at 0.
-
-    Notes
-    -----
-    Source: none: linear in the state as a controller identified by Moore (2012), Human Control of a Bicycle, ch. 8.
-    """
-
-    middle_speed: float
-    speed_span: float
-    steer_from_lean: float
-    steer_from_lean_slope: float
-    steer_from_lean_curve: float
-    steer_from_steer: float
-    steer_from_steer_slope: float
-    steer_from_steer_curve: float
-    steer_from_lean_rate: float
-    steer_from_lean_rate_slope: float
-    steer_from_lean_rate_curve: float
-    steer_from_steer_rate: float
-    steer_from_steer_rate_slope: float
-    steer_from_steer_rate_curve: float
-    lean_from_lean: float
-    lean_from_lean_slope: float
-    lean_from_lean_curve: float
-    lean_from_steer: float
-    lean_from_steer_slope: float
-    lean_from_steer_curve: float
-    lean_from_lean_rate: float
-    lean_from_lean_rate_slope: float
-    lean_from_lean_rate_curve: float
-    lean_from_steer_rate: float
-    lean_from_steer_rate_slope: float
-    lean_from_steer_rate_curve: float
-    def __init__(
-        self,
-        *,
-        middle_speed: float = 5.0,
-        speed_span: float = 1.0,
-        steer_from_lean: float = ...,
-        steer_from_lean_slope: float = ...,
-        steer_from_lean_curve: float = ...,
-        steer_from_steer: float = ...,
-        steer_from_steer_slope: float = ...,
-        steer_from_steer_curve: float = ...,
-        steer_from_lean_rate: float = ...,
-        steer_from_lean_rate_slope: float = ...,
-        steer_from_lean_rate_curve: float = ...,
-        steer_from_steer_rate: float = ...,
-        steer_from_steer_rate_slope: float = ...,
-        steer_from_steer_rate_curve: float = ...,
-        lean_from_lean: float = ...,
-        lean_from_lean_slope: float = ...,
-        lean_from_lean_curve: float = ...,
-        lean_from_steer: float = ...,
-        lean_from_steer_slope: float = ...,
-        lean_from_steer_curve: float = ...,
-        lean_from_lean_rate: float = ...,
-        lean_from_lean_rate_slope: float = ...,
-        lean_from_lean_rate_curve: float = ...,
-        lean_from_steer_rate: float = ...,
-        lean_from_steer_rate_slope: float = ...,
-        lean_from_steer_rate_curve: float = ...,
     ) -> None: ...
 
 class RiderArms(Effect):
@@ -694,7 +560,7 @@ class RiderDelay(Effect):
     """Delay of what the rider's muscles are told, as a Pade approximant of order 2.
 
     D(s) = (1 - s delay/2 + (s delay)^2/12) / (1 + s delay/2 + (s delay)^2/12): the phase is right to 1 degree up to
-    s = 2.2j / delay. Margins of velotyre ride take the delay exactly.
+    s = 2.2j / delay. Margins of velotyre closed-loop take the delay exactly.
 
     Parameters
     ----------
@@ -901,14 +767,14 @@ class RotatingMass(Effect):
     ) -> None: ...
 
 class SideSlip(Effect):
-    """Side force without lag, F = C alpha + camber force, alpha = -s / v (s: slip velocity of the contact).
+    """Lateral force without lag, F = C alpha + camber force, alpha = -s / v (s: slip velocity of the contact).
 
     Singular at v = 0.
 
     Parameters
     ----------
     cornering_stiffness : float or {rear, front}, N/rad
-        Slope of the side force at zero slip; typical 2000 .. 12000, allowed 0 .. inf.
+        Slope of the lateral force at zero slip; typical 2000 .. 12000, allowed 0 .. inf.
 
     Notes
     -----
@@ -1044,6 +910,141 @@ class TwistingTorque(Effect):
         self,
         *,
         twisting_stiffness: PerWheelValue = 5.0,
+    ) -> None: ...
+
+class UnmodelledTorque(Effect):
+    """Steer and lean torque, each linear in lean, steer and their rates, with coefficients that change with speed.
+
+    Torque = sum of (k + k_slope x + k_curve x^2) state with x = (v - middle_speed) / speed_span, so that all three have
+    the unit of k, which holds at the middle speed. Positive torques act like the inputs steer_torque and lean_torque:
+    a steering damper is a negative steer_from_steer_rate. It has no cause: the diagnosis fits it to what it cannot
+    name. Outside the speeds of its measurement, middle_speed - speed_span to middle_speed + speed_span, it is a guess.
+    Usual sizes scale sliders and the prior of that fit: of the steer torque 20 N m/rad of lean, 10 of steer, 4 and
+    2 N m s/rad of their rates; of the lean torque 100, 40, 20 and 10; slopes and curvatures have the size of their k.
+
+    Parameters
+    ----------
+    middle_speed : float, m/s, default 5
+        Of the measurement behind it; typical 2 .. 20, allowed 0 .. inf.
+    speed_span : float, m/s, default 1
+        Half the range of measured speeds; typical 0.5 .. 10, allowed 0.001 .. inf.
+    steer_from_lean : float, N m/rad, default 0
+        Steer torque over lean, at the middle speed; typical -20 .. 20, allowed any; the effect vanishes at 0.
+    steer_from_lean_slope : float, N m/rad, default 0
+        Steer torque over lean, its change over a span of speed; typical -20 .. 20, allowed any; the effect vanishes
+        at 0.
+    steer_from_lean_curve : float, N m/rad, default 0
+        Steer torque over lean, its curvature; typical -20 .. 20, allowed any; the effect vanishes at 0.
+    steer_from_steer : float, N m/rad, default 0
+        Steer torque over steer, at the middle speed; typical -10 .. 10, allowed any; the effect vanishes at 0.
+    steer_from_steer_slope : float, N m/rad, default 0
+        Steer torque over steer, its change over a span of speed; typical -10 .. 10, allowed any; the effect
+        vanishes at 0.
+    steer_from_steer_curve : float, N m/rad, default 0
+        Steer torque over steer, its curvature; typical -10 .. 10, allowed any; the effect vanishes at 0.
+    steer_from_lean_rate : float, N m s/rad, default 0
+        Steer torque over lean rate, at the middle speed; typical -4 .. 4, allowed any; the effect vanishes at 0.
+    steer_from_lean_rate_slope : float, N m s/rad, default 0
+        Steer torque over lean rate, its change over a span of speed; typical -4 .. 4, allowed any; the effect
+        vanishes at 0.
+    steer_from_lean_rate_curve : float, N m s/rad, default 0
+        Steer torque over lean rate, its curvature; typical -4 .. 4, allowed any; the effect vanishes at 0.
+    steer_from_steer_rate : float, N m s/rad, default 0
+        Steer torque over steer rate, at the middle speed; typical -2 .. 2, allowed any; the effect vanishes at 0.
+    steer_from_steer_rate_slope : float, N m s/rad, default 0
+        Steer torque over steer rate, its change over a span of speed; typical -2 .. 2, allowed any; the effect
+        vanishes at 0.
+    steer_from_steer_rate_curve : float, N m s/rad, default 0
+        Steer torque over steer rate, its curvature; typical -2 .. 2, allowed any; the effect vanishes at 0.
+    lean_from_lean : float, N m/rad, default 0
+        Lean torque over lean, at the middle speed; typical -100 .. 100, allowed any; the effect vanishes at 0.
+    lean_from_lean_slope : float, N m/rad, default 0
+        Lean torque over lean, its change over a span of speed; typical -100 .. 100, allowed any; the effect
+        vanishes at 0.
+    lean_from_lean_curve : float, N m/rad, default 0
+        Lean torque over lean, its curvature; typical -100 .. 100, allowed any; the effect vanishes at 0.
+    lean_from_steer : float, N m/rad, default 0
+        Lean torque over steer, at the middle speed; typical -40 .. 40, allowed any; the effect vanishes at 0.
+    lean_from_steer_slope : float, N m/rad, default 0
+        Lean torque over steer, its change over a span of speed; typical -40 .. 40, allowed any; the effect vanishes
+        at 0.
+    lean_from_steer_curve : float, N m/rad, default 0
+        Lean torque over steer, its curvature; typical -40 .. 40, allowed any; the effect vanishes at 0.
+    lean_from_lean_rate : float, N m s/rad, default 0
+        Lean torque over lean rate, at the middle speed; typical -20 .. 20, allowed any; the effect vanishes at 0.
+    lean_from_lean_rate_slope : float, N m s/rad, default 0
+        Lean torque over lean rate, its change over a span of speed; typical -20 .. 20, allowed any; the effect
+        vanishes at 0.
+    lean_from_lean_rate_curve : float, N m s/rad, default 0
+        Lean torque over lean rate, its curvature; typical -20 .. 20, allowed any; the effect vanishes at 0.
+    lean_from_steer_rate : float, N m s/rad, default 0
+        Lean torque over steer rate, at the middle speed; typical -10 .. 10, allowed any; the effect vanishes at 0.
+    lean_from_steer_rate_slope : float, N m s/rad, default 0
+        Lean torque over steer rate, its change over a span of speed; typical -10 .. 10, allowed any; the effect
+        vanishes at 0.
+    lean_from_steer_rate_curve : float, N m s/rad, default 0
+        Lean torque over steer rate, its curvature; typical -10 .. 10, allowed any; the effect vanishes at 0.
+
+    Notes
+    -----
+    Source: none: linear in the state as a controller identified by Moore (2012), Human Control of a Bicycle, ch. 8.
+    """
+
+    middle_speed: float
+    speed_span: float
+    steer_from_lean: float
+    steer_from_lean_slope: float
+    steer_from_lean_curve: float
+    steer_from_steer: float
+    steer_from_steer_slope: float
+    steer_from_steer_curve: float
+    steer_from_lean_rate: float
+    steer_from_lean_rate_slope: float
+    steer_from_lean_rate_curve: float
+    steer_from_steer_rate: float
+    steer_from_steer_rate_slope: float
+    steer_from_steer_rate_curve: float
+    lean_from_lean: float
+    lean_from_lean_slope: float
+    lean_from_lean_curve: float
+    lean_from_steer: float
+    lean_from_steer_slope: float
+    lean_from_steer_curve: float
+    lean_from_lean_rate: float
+    lean_from_lean_rate_slope: float
+    lean_from_lean_rate_curve: float
+    lean_from_steer_rate: float
+    lean_from_steer_rate_slope: float
+    lean_from_steer_rate_curve: float
+    def __init__(
+        self,
+        *,
+        middle_speed: float = 5.0,
+        speed_span: float = 1.0,
+        steer_from_lean: float = ...,
+        steer_from_lean_slope: float = ...,
+        steer_from_lean_curve: float = ...,
+        steer_from_steer: float = ...,
+        steer_from_steer_slope: float = ...,
+        steer_from_steer_curve: float = ...,
+        steer_from_lean_rate: float = ...,
+        steer_from_lean_rate_slope: float = ...,
+        steer_from_lean_rate_curve: float = ...,
+        steer_from_steer_rate: float = ...,
+        steer_from_steer_rate_slope: float = ...,
+        steer_from_steer_rate_curve: float = ...,
+        lean_from_lean: float = ...,
+        lean_from_lean_slope: float = ...,
+        lean_from_lean_curve: float = ...,
+        lean_from_steer: float = ...,
+        lean_from_steer_slope: float = ...,
+        lean_from_steer_curve: float = ...,
+        lean_from_lean_rate: float = ...,
+        lean_from_lean_rate_slope: float = ...,
+        lean_from_lean_rate_curve: float = ...,
+        lean_from_steer_rate: float = ...,
+        lean_from_steer_rate_slope: float = ...,
+        lean_from_steer_rate_curve: float = ...,
     ) -> None: ...
 
 class WheelCompliance(Effect):

@@ -113,7 +113,7 @@ def test_what_the_measurement_contains_is_not_tried(folder, example):
     assert "the steer torque, which was measured" in prepared.refused["rider_arms"]
     slip = tuple(c for c in prepared.candidates if c.identifier == "side_slip")
     assert {c.identifier for c in prepared.enabled_by(slip)} == {"camber_thrust", "aligning_moment"}
-    assert {"steer_delay", "lateral_force_scale"} <= tried
+    assert {"steer_delay", "lateral_push_scale"} <= tried
 
 
 @pytest.mark.parametrize(

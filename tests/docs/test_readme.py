@@ -24,7 +24,7 @@ def test_the_python_example_of_six_lines_runs(capsys, monkeypatch):
     assert np.isclose(np.radians(tyre.cornering_stiffness), 111.7, atol=0.05)
     assert np.isclose(tyre.relaxation_length, 0.106, atol=5e-4)
     assert TyreMap.load("Tyre1").origin(load=tyre.load, pressure=tyre.pressure) == "measured"
-    # two tables, the second with two more states: the lagged side forces
+    # two tables, the second with two more states: the lagged lateral forces
     without, lagged = (table for table in shown.split("   speed_m_s")[1:])
     for table in (without, lagged):
         assert all(name in table for name in ("real_1_s", "imaginary_rad_s", "weave", "wobble", "capsize"))

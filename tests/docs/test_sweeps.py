@@ -52,7 +52,7 @@ def test_every_output_variable_and_option_stands_on_the_page(folder):
     import xarray as xr
 
     reduced = xr.open_zarr(folder / "sample.zarr", consolidated=False)
-    reducible = "^(largest_growth_rate|smallest_damping_ratio|tyre_extrapolated|impossible)"
+    reducible = "^(max_growth_rate|min_damping_ratio|tyre_extrapolated|impossible)"
     made = {re.sub(reducible, "NAME", str(name)) for name in reduced.data_vars}
     text = PYTHON.sub("", PAGE)
     assert missing_options("sweep", text) + missing_options("uncertainty", text) == []

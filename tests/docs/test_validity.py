@@ -43,7 +43,7 @@ def test_share_of_the_linear_force():
         for load in (300.0, 400.0, 600.0):
             for pressure in (3e5, 4e5, 5e5):
                 turned = np.radians([degrees, -degrees, 0.01, -0.01])
-                force = tyre.side_force(slip_angle=turned, load=load, pressure=pressure)
+                force = tyre.lateral_force(slip_angle=turned, load=load, pressure=pressure)
                 slope = (force[2] - force[3]) / np.radians(0.02)
                 shares.append((force[0] - force[1]) / 2 / (slope * np.radians(degrees)))
         assert cell == f"{min(shares):.2f} to {max(shares):.2f}"

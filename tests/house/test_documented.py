@@ -90,7 +90,7 @@ def test_every_argument_is_documented():
     assert missing == {}, "document these arguments, with unit or shape where they are numbers"
 
 
-DOCSTRING = """Side force of a tyre at ``slip`` and ``load``; ``label`` goes with it.
+DOCSTRING = """Lateral force of a tyre at ``slip`` and ``load``; ``label`` goes with it.
 
 The tyre's ``wear`` is ignored.
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tyre.ground import Array
-from tyre.laws import normalised_side_force_slope
+from tyre.laws import normalised_lateral_force_slope
 from tyre.maps import TyreMap
 
 Verdict = Literal["holds", "partly", "fails"]
@@ -181,7 +181,7 @@ def load_missing_in_equation_5(t: Tables) -> Outcome:
     """Compare B C D of a curve through the measured slope with that slope: any C and D will do."""
     load, measured = t.tyre1.loads[0], np.degrees(t.tyre1.C[0, 0])
     curve = {"stiffness_factor": measured / (1.3 * load), "shape_factor": 1.3, "peak_factor": 1.0}
-    slope = normalised_side_force_slope(0.0, curvature_factor=0.0, **curve)
+    slope = normalised_lateral_force_slope(0.0, curvature_factor=0.0, **curve)
     return holds(np.isclose(slope, measured), product_per_rad=slope, stiffness_N_per_rad=slope * load)
 
 

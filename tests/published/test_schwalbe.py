@@ -13,7 +13,7 @@ from tyre.ground import InputError
 from tyre.laws import Pacejka89, check_coefficients, read_pacejka89
 
 OLDER = json.loads((Path(__file__).parent / "data" / "schwalbe_t03_older_fits.json").read_text())["sets"]
-# Slope of the side force at zero slip, N/rad, at 300, 400, 500, 600 N: the authors' evaluation of the three sets
+# Slope of the lateral force at zero slip, N/rad, at 300, 400, 500, 600 N: the authors' evaluation of the three sets
 SLOPES = {
     3e5: (4870.0, 5878.0, 6549.0, 6937.0), 4e5: (4419.0, 5848.0, 7235.0, 8565.0), 5e5: (4563.0, 5403.0, 5901.0, 6134.0),
 }  # fmt: skip
@@ -24,11 +24,11 @@ def tyre():
     return read_pacejka89("schwalbe_energizer_plus_28x1.75")
 
 
-def older_side_force():
-    """Older side-force sets in degrees, by what their authors said of them."""
+def older_lateral_force():
+    """Older lateral force sets in degrees, by what their authors said of them."""
     sets = {}
     for entry in OLDER:
-        if entry["quantity"] == "side_force" and entry["slip_unit"] == "deg":
+        if entry["quantity"] == "lateral_force" and entry["slip_unit"] == "deg":
             fit = Pacejka89(entry["label"], 3e5, 1000.0, tuple(entry["coefficients"]))
             sets[(entry["commit"], entry["label"][:24])] = fit
     aborted = next(key for key in sets if "still need refinements" in sets[key].label)
@@ -43,21 +43,21 @@ def test_slopes_of_the_sets_in_use(tyre, pressure):
 
 
 def test_the_aborted_fit_is_refused():
-    aborted, _ = older_side_force()
+    aborted, _ = older_lateral_force()
     with pytest.raises(InputError, match=r"cornering stiffness at 200 N is 2729 N/deg, a tyre has 6 to 200 N/deg"):
         check_coefficients(aborted)
-    # its slope is in the thousands per degree and the sign of its side force flips over load: neither is a tyre
+    # its slope is in the thousands per degree and the sign of its lateral force flips over load: neither is a tyre
     assert float(aborted.linear(load=450.0)["cornering_stiffness"]) * np.pi / 180.0 == pytest.approx(6000.0, rel=0.05)
     at_four = np.deg2rad(4.0)
-    assert aborted.side_force(slip_angle=at_four, load=600.0) > 0.0
-    assert aborted.side_force(slip_angle=at_four, load=800.0) < 0.0
+    assert aborted.lateral_force(slip_angle=at_four, load=600.0) > 0.0
+    assert aborted.lateral_force(slip_angle=at_four, load=800.0) < 0.0
 
 
 def test_older_fits_of_one_data_set_share_the_slope_and_nothing_else():
-    _, fits = older_side_force()
+    _, fits = older_lateral_force()
     fits = [*fits, read_pacejka89("schwalbe_energizer_plus_28x1.75").sets[0]]
     slopes = np.array([float(fit.linear(load=400.0)["cornering_stiffness"]) for fit in fits])
-    a = np.array([fit.side_force_coefficients for fit in fits])
+    a = np.array([fit.lateral_force_coefficients for fit in fits])
     shape, peak, curvature = a[:, 0], a[:, 1] * 0.4**2 + a[:, 2] * 0.4, a[:, 6] * 0.4 + a[:, 7]
     assert len(fits) == 5
     assert np.ptp(slopes) / slopes.mean() < 0.012
@@ -67,16 +67,16 @@ def test_older_fits_of_one_data_set_share_the_slope_and_nothing_else():
 
 
 def test_the_older_sets_in_degrees_pass_the_checks():
-    for fit in older_side_force()[1]:
+    for fit in older_lateral_force()[1]:
         check_coefficients(fit)
 
 
 def test_an_older_set_in_radians_describes_the_same_tyre(tyre):
-    entry = next(e for e in OLDER if e["quantity"] == "side_force" and e["slip_unit"] == "rad")
+    entry = next(e for e in OLDER if e["quantity"] == "lateral_force" and e["slip_unit"] == "rad")
     fit = Pacejka89(entry["label"], 3e5, 1000.0, tuple(entry["coefficients"]), slip_unit="rad")
     slip = np.deg2rad([-3.0, -1.0, 1.0, 3.0])
-    in_use = tyre.side_force(slip_angle=slip, load=400.0, pressure=3e5)
-    np.testing.assert_allclose(fit.side_force(slip_angle=slip, load=400.0), in_use, atol=0.05 * np.abs(in_use).max())
+    in_use = tyre.lateral_force(slip_angle=slip, load=400.0, pressure=3e5)
+    np.testing.assert_allclose(fit.lateral_force(slip_angle=slip, load=400.0), in_use, atol=0.05 * np.abs(in_use).max())
 
 
 def test_trails_fit_the_contact_patch(tyre):

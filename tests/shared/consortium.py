@@ -1,6 +1,6 @@
 """A recording of the protocol of tyre consortia, made here: loads, pressures and cambers in one run, in three formats.
 
-Side force F = D sin(1.35 atan(B a)) + Cg g with B D 1.35 = C(load, pressure), lagging over 0.15 m of way; moment
+Lateral force F = D sin(1.35 atan(B a)) + Cg g with B D 1.35 = C(load, pressure), lagging over 0.15 m of way; moment
 Mz = -t a-part / (1 + (a / 6 deg)^2) - t Cg g + T g (adapted SAE). Sensors are noisy, and between two sweeps the rig
 rests while load, pressure or camber are set.
 """

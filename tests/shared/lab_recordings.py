@@ -9,7 +9,7 @@ from tests.validation.recording_writers import OWN_TIMES, WRITERS, name_in_file
 
 RIG = {  # channel: column, unit, SI value of the unit, sign of the column in ISO axes against adapted SAE
     "slip_angle": ("SR angle", "mrad", 1e-3, -1.0),
-    "side_force": ("Fy", "lbf", 4.4482216152605, 1.0),
+    "lateral_force": ("Fy", "lbf", 4.4482216152605, 1.0),
     "vertical_load": ("Fz", "kN", 1e3, 1.0),
     "aligning_moment": ("Mz", "Ncm", 1e-2, -1.0),
     "inclination": ("Gamma", "deg", np.pi / 180, 1.0),
@@ -17,7 +17,7 @@ RIG = {  # channel: column, unit, SI value of the unit, sign of the column in IS
     "plate_displacement": ("Platte", "inch", 0.0254, 1.0),
     "rim_displacement": ("Felge", "um", 1e-6, 1.0),
 }
-ISO = {"side_force": -1.0, "aligning_moment": -1.0, "plate_displacement": -1.0, "rim_displacement": -1.0}
+ISO = {"lateral_force": -1.0, "aligning_moment": -1.0, "plate_displacement": -1.0, "rim_displacement": -1.0}
 
 
 def write_lab(folder: Path, form: str, recording, stem: str) -> Path:

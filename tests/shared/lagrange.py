@@ -126,7 +126,7 @@ class LagrangeBicycle:
         return float(total + self.loads @ lowest)
 
     def state_matrix(self, speed: float) -> Vector:
-        """State matrix of coordinates, rates and the two side forces."""
+        """State matrix of coordinates, rates and the two lateral forces."""
         n = len(self.mass)
         rest, unit, solved = np.zeros((n, n)), np.eye(n), np.linalg.inv(self.mass)
         stiffness, damping = self.potential + speed**2 * self.centrifugal, self.damping + speed * self.gyroscopic

@@ -19,13 +19,13 @@ def build(*, bicycle="pista_charlie_drops", front=FRONT, tyre=TYRE, **effects):
 
 
 def own_equations(model, speed, *, friction=0.8, shape=1.3, curvature=0.0):
-    """Rate of the linear model's states, whose side forces C s stand for lagged slips s, with curves written here.
+    """Rate of the linear model's states, whose lateral forces C s stand for lagged slips s, with curves written here.
 
     States may be stacked (n, m); a number of the curve may be one a wheel.
     """
     linear = model.linear_model()
     a = linear.matrices_at(speed)[0]
-    forces = [linear.states.index(f"{wheel}_side_force") for wheel in WHEELS]
+    forces = [linear.states.index(f"{wheel}_lateral_force") for wheel in WHEELS]
     entry = a[:, forces].copy()
     entry[forces] = 0.0  # the lag is of C s itself
     numbers = [np.broadcast_to(one, 2) for one in (np.multiply(friction, linear.static_loads), shape, curvature)]
@@ -55,7 +55,7 @@ def own_state(model, found, cycle):
     """State of the own equations when the bar is at its largest angle in a ``cycle``."""
     linear, at = model.linear_model(), state_at_turn(found.system.at_one_speed, cycle, "steer")
     for wheel in WHEELS:
-        at[f"{wheel}_side_force"] = at[f"{wheel}_transient_slip"] * linear.parameters[STIFFNESS.format(wheel)]
+        at[f"{wheel}_lateral_force"] = at[f"{wheel}_transient_slip"] * linear.parameters[STIFFNESS.format(wheel)]
     return np.array([at[name] for name in linear.states])
 
 

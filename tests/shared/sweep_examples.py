@@ -10,7 +10,7 @@ MODEL = {
 }
 MEASURED = {"bicycle": "benchmark", "effects": {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 4.0}}}
 RANDOM = {
-    "model": MODEL, "samples": 700, "seed": 5, "outputs": ["eigenvalues", "largest_growth_rate", "parameters"],
+    "model": MODEL, "samples": 700, "seed": 5, "outputs": ["eigenvalues", "max_growth_rate", "parameters"],
     "points_per_part": 2048, "grid": {"c": [0.06, 0.08], "speed_m_s": [3.0, 8.0, 15.0]},
     "sampled": {"mB": {"sd": 2.0}, "relaxation_length.relaxation_length": {"low": 0.05, "high": 0.15}},
 }  # fmt: skip

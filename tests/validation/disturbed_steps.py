@@ -84,7 +84,7 @@ def roll(rng: np.random.Generator, *, disturbed: bool) -> tuple[RigRun, float]:
         axes="adapted SAE",
         time=time,
         slip_angle=gains[1] * driven + np.deg2rad(0.003) * rng.standard_normal(time.size),
-        side_force=seen,
+        lateral_force=seen,
         vertical_load=load * pressed + 3 * rng.standard_normal(time.size),
         speed=gains[2] * pace + 0.003 * rng.standard_normal(time.size),
         synthetic=True,

@@ -52,6 +52,6 @@ def band(result: Result, settings: Settings) -> dict[str, Any]:
         "from_m_s": round(span.low, 2) if span else None,
         "to_m_s": round(span.high, 2) if span and span.high <= settings.fastest else None,
         "unstable": span is not None,
-        "least_damping_ratio": round(result.least.damping_ratio, 4) if result.least else None,
+        "min_damping_ratio": round(result.least.damping_ratio, 4) if result.least else None,
         "tyre_extrapolated": result.case.extrapolated,
     }

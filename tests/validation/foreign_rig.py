@@ -1,12 +1,13 @@
 """What does a fit say of recordings of another rig? SYNTHETIC, by equations that share no line with velotyre's own rig.
 
 The tyre is a string on its contact patch: slip builds up over the relaxation length, sigma / V d(alpha')/dt + alpha' =
-alpha, and side force and moment follow the full curve at the lagged slip alpha'; the trail falls to nothing where the
-tyre slides. Three smooth curves are drawn in turn; the parabolic brush, whose slope has a kink where the slip changes
-its sign, is counted apart. The steering has play behind its encoder, the load wanders, the force cell drifts, the belt
-does not run evenly, the guides of the pull test rub, and every sensor is noisy. A campaign is slip sweeps at two rates,
-three pulls and two slip steps of a tyre, and sweeps at three cambers, written as CSV files with sidecars. Counted: bias
-of C, K, C/K, step, camber stiffness and trail, how often they hold the truth, and warnings that the routes disagree.
+alpha, and lateral force and moment follow the full curve at the lagged slip alpha'; the trail falls to nothing where
+the tyre slides. Three smooth curves are drawn in turn; the parabolic brush, whose slope has a kink where the slip
+changes its sign, is counted apart. The steering has play behind its encoder, the load wanders, the force cell drifts,
+the belt does not run evenly, the guides of the lateral stiffness test rub, and every sensor is noisy. A campaign is
+slip sweeps at two rates, three pulls and two slip steps of a tyre, and sweeps at three cambers, written as CSV files
+with sidecars. Counted: bias of C, K, C/K, step, camber stiffness and trail, how often they hold the truth, and warnings
+that the routes disagree.
 """
 
 from collections.abc import Callable
@@ -57,7 +58,7 @@ class Tyre:
         return self.c / self.k
 
     def force_and_moment(self, lagged: Real, camber: float, load: Real) -> tuple[Real, Real]:
-        """Side force (N) and aligning moment (N m) at a lagged slip and a camber (rad), adapted SAE."""
+        """Lateral force (N) and aligning moment (N m) at a lagged slip and a camber (rad), adapted SAE."""
         heavier = load / self.load
         peak, slip = self.peak * heavier, lagged + self.ply_slip + self.camber_stiffness / self.c * camber
         demand = self.c * heavier**0.8 * slip / peak
@@ -134,7 +135,7 @@ def roll(tyre: Tyre, rig: Rig, driven: Real, speed: float, camber: float, rng: n
     seen = gain * force + rig.drift * time + rig.white * rng.standard_normal(n) + rig.slow * slow_noise(n, 0.2, rng)
     return {
         "time_s": time, "slip_angle_deg": np.rad2deg(driven + rig.slip_noise * rng.standard_normal(n)),
-        "side_force_N": seen, "vertical_load_N": load + 3 * rng.standard_normal(n),
+        "lateral_force_N": seen, "vertical_load_N": load + 3 * rng.standard_normal(n),
         "aligning_moment_Nm": moment + 0.05 * rng.standard_normal(n),
         "speed_km_h": 3.6 * true_speed + 0.02 * rng.standard_normal(n),
     }  # fmt: skip
@@ -158,7 +159,7 @@ def pull(tyre: Tyre, rig: Rig, rng: np.random.Generator) -> dict[str, Real]:
     rim = pushed / 2e6
     gauges = {"plate_displacement_mm": 1e3 * (way + rim), "rim_displacement_mm": 1e3 * rim}
     gauges = {name: np.round(x + 0.001 * rng.standard_normal(len(x)), 3) for name, x in gauges.items()}
-    return {"time_s": 3.0 * np.arange(len(way)), "side_force_N": seen, **gauges}
+    return {"time_s": 3.0 * np.arange(len(way)), "lateral_force_N": seen, **gauges}
 
 
 def sweep_drive(rng: np.random.Generator, faster: float = 1.0) -> Real:
@@ -178,7 +179,7 @@ def write(
     folder: Path, name: str, kind: str, tyre: Tyre, columns: dict[str, Real], camber: float = 0.0, axes: str = "ISO"
 ) -> None:
     """Write a recording and its sidecar."""
-    turned = ("side_force_N", "aligning_moment_Nm", "plate_displacement_mm", "rim_displacement_mm")
+    turned = ("lateral_force_N", "aligning_moment_Nm", "plate_displacement_mm", "rim_displacement_mm")
     rows = np.column_stack([-x if axes == "ISO" and key in turned else x for key, x in columns.items()])
     folder.mkdir(exist_ok=True)
     np.savetxt(folder / f"{name}.csv", rows, fmt="%.7g", delimiter=",", header=",".join(columns), comments="")
@@ -195,7 +196,7 @@ def write_campaign(folder: Path, tyre: Tyre, rig: Rig, rng: np.random.Generator)
     for k, faster in enumerate((1.0, 2.2, 1.0)):
         put(folder, f"sweep_{k}", "slip_sweep", columns=roll(tyre, rig, sweep_drive(rng, faster), speed, 0.0, rng))
     for k in range(3):
-        put(folder, f"pull_{k}", "pull_test", columns=pull(tyre, rig, rng))
+        put(folder, f"pull_{k}", "lateral_stiffness", columns=pull(tyre, rig, rng))
     for k in range(2):
         put(folder, f"step_{k}", "slip_step", columns=roll(tyre, rig, step_drive(tyre.length, slow, rng), slow, 0, rng))
     for camber in CAMBERS:

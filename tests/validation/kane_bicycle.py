@@ -79,7 +79,7 @@ class KaneBicycle:
         for wheel, letter in (("rear", "R"), ("front", "F")):
             xx, yy = p[f"I{letter}xx"], p[f"I{letter}yy"]
             yield p[f"m{letter}"], self.centres[wheel], np.diag([xx, yy, xx]), self.of_wheel[wheel]
-        for effect, carrier in (("luggage", "pitch"), ("bar_bag", "steer")):
+        for effect, carrier in (("luggage", "pitch"), ("handlebar_bag", "steer")):
             if effect in self.effects:
                 mass, x, z = (self.of(effect, key) for key in ("mass", "x", "z"))
                 yield mass, _point(x, z), np.zeros((3, 3)), carrier
@@ -154,7 +154,7 @@ class KaneBicycle:
         return np.array([self._contact(moved, wheel)[4] for wheel in WHEELS])
 
     def residual(self, q: Array, u: Array, a: Array, f: Array, e: Array, wind: Any) -> tuple[Array, Array, Array]:
-        """Rows of the coordinates, then x, z and pitch; of the tyres, with the side forces ``f``; rates of ``e``."""
+        """Rows of the coordinates, then x, z and pitch; of the tyres, with the lateral forces ``f``; rates of ``e``."""
         p, v = self.p, self.v
         moved = self._moved(q, u, a, (v, self.acceleration))
         heading = np.cos(q[1]) * X + np.sin(q[1]) * Y
@@ -245,7 +245,7 @@ class KaneBicycle:
         return (length**3 - free**3) / (3 * length**2)
 
     def _tyre(self, wheel: str, slip: Any, force: Any, moment: Any) -> Any:
-        """Rate of the side force that lags, or what is zero of one without lag; ``force`` is that of the slip."""
+        """Rate of the lateral force that lags, or what is zero of one without lag; ``force`` is that of the slip."""
         if "relaxation_length" in self.effects:
             stiffness, _, whole = self._lengths(wheel)
             if "contact_length" in self.effects:
@@ -283,12 +283,12 @@ class KaneBicycle:
             grip = grip_k * (steer - angle["arms"]) + grip_c * (rate["steer"] - rate["arms"])
             torques["arms"] = grip - k * angle["arms"] - c * rate["arms"]
             on_bar = on_bar - grip
-        if "residual_torque" in self.effects:
-            x = (v - self.of("residual_torque", "middle_speed")) / self.of("residual_torque", "speed_span")
+        if "unmodelled_torque" in self.effects:
+            x = (v - self.of("unmodelled_torque", "middle_speed")) / self.of("unmodelled_torque", "speed_span")
             moving = {"lean": lean, "steer": steer, "lean_rate": rate["lean"], "steer_rate": rate["steer"]}
             sums = {
                 hinge: sum(
-                    np.polyval([self.of("residual_torque", f"{hinge}_from_{name}{s}") for s in SERIES], x) * motion
+                    np.polyval([self.of("unmodelled_torque", f"{hinge}_from_{name}{s}") for s in SERIES], x) * motion
                     for name, motion in moving.items()
                 )
                 for hinge in ("lean", "steer")
@@ -350,8 +350,9 @@ class KaneBicycle:
     def state_matrix(self) -> tuple[list[str], Array, Array]:
         """State names, state matrix, and input column of the side wind.
 
-        States are [V, r, rates, angles, heading and place where a rider follows a path, states of effects, side forces
-        that lag]; V is the velocity across the heading. Side forces that hold the slip velocities take V and r away.
+        States are [V, r, rates, angles, heading and place where a rider follows a path, states of effects, lateral
+        forces that lag]; V is the velocity across the heading. Lateral forces that hold the slip velocities take V and
+        r away.
         """
         n, m = 1 + len(self.names), len(self.extra)
         sizes = (n, n, n, 2, m, 1)
@@ -386,7 +387,7 @@ class KaneBicycle:
             force_columns = np.vstack([
                 np.linalg.solve(mass, -forces), np.zeros((len(known), 2)), by_force, of_f[of_law],
             ])  # fmt: skip
-            names += ["rear_side_force", "front_side_force"]
+            names += ["rear_lateral_force", "front_lateral_force"]
             return names, np.hstack([rows[:, :-1], force_columns]), rows[:, -1]
         if "side_slip" in self.effects:
             side = -np.linalg.solve(of_f[of_law], tyre)

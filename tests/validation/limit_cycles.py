@@ -20,7 +20,7 @@ from tests.validation.random_models import random_effect
 from tyre.ground import InputError
 
 BICYCLES = ("benchmark", "pista_rider", "browser", "rigid_rider", "pista_charlie_drops")
-ALSO = ("luggage", "bar_bag", "rear_compliance", "rider_arms", "rider_lean", "crown_radius")
+ALSO = ("luggage", "handlebar_bag", "rear_compliance", "rider_arms", "rider_lean", "crown_radius")
 LARGEST, FASTEST = 20.0, 45.0  # degrees at the bar, m/s
 SLIP = 0.2  # B s of the small motion, of 1 where a curve is far from straight
 PERIODS = 8
@@ -72,7 +72,7 @@ def run(*, out: Path, seed: int, models: int = 200, signs: int = 100) -> dict[st
         "signs": len(tried),
         "signs_right": sum(bool(one["ratio"] > 0) for one in tried),
         "signs_wrong": [one for one in tried if not one["ratio"] > 0],
-        "kinds": {kind: sum(one["kind"] == kind for one in tried) for kind in ("grows gently", "jumps")},
+        "kinds": {kind: sum(one["kind"] == kind for one in tried) for kind in ("supercritical", "subcritical")},
         "bend_in_time_over_stated": quantiles([one["ratio"] for one in tried]),
     }  # fmt: skip
 
@@ -115,7 +115,9 @@ def bend_in_time(model: Model, onset: Onset, numbers: dict[str, Any]) -> float:
     right = vectors[:, place] / vectors[names.index("steer"), place]
     left = np.linalg.inv(vectors)[place] * vectors[names.index("steer"), place]
     peaks = np.multiply(numbers["friction"], linear.static_loads) * numbers["shape"]
-    share = [abs(right[names.index(f"{wheel}_side_force")]) / peak for wheel, peak in zip(WHEELS, peaks, strict=True)]
+    share = [
+        abs(right[names.index(f"{wheel}_lateral_force")]) / peak for wheel, peak in zip(WHEELS, peaks, strict=True)
+    ]
     period = 2 * np.pi / abs(values[place].imag)
     times = np.linspace(0, PERIODS * period, 100 * PERIODS + 1)
     start = SLIP / max(share) * right.real

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from tests.validation.cases import KeptCases, Row, share_of
 from tyre import InputError
-from tyre.fits import fit_pull_test
+from tyre.fits import fit_lateral_stiffness
 from tyre.measured import Estimate
-from tyre.recordings import Condition, PullTest
+from tyre.recordings import Condition, LateralStiffnessTest
 
 Real = NDArray[np.float64]
 RATE = 100.0  # readings a second
@@ -58,17 +58,17 @@ def draw_tyre(rng: np.random.Generator) -> Pulled:
 
 
 def spring(tyre: Pulled, way: Real) -> Real:
-    """Side force of a tyre that does not slide, N."""
+    """Lateral force of a tyre that does not slide, N."""
     return tyre.stiffness * way
 
 
 def slides_whole(tyre: Pulled, way: Real) -> Real:
-    """Side force of a contact patch that slides all at once, N."""
+    """Lateral force of a contact patch that slides all at once, N."""
     return np.minimum(tyre.stiffness * way, tyre.limit)
 
 
 def slides_by_bristles(tyre: Pulled, way: Real) -> Real:
-    """Side force of bristles under a parabolic pressure on a standing patch, each as stiff as its pull is long, N.
+    """Lateral force of bristles under a parabolic pressure on a standing patch, each as stiff as its pull is long, N.
 
     The share ``place`` of the patch has run through under a bristle: it is bent by ``way`` times its place.
     """
@@ -79,12 +79,12 @@ def slides_by_bristles(tyre: Pulled, way: Real) -> Real:
 
 
 def slides_exponentially(tyre: Pulled, way: Real) -> Real:
-    """Side force that comes ever closer to the friction limit, N."""
+    """Lateral force that comes ever closer to the friction limit, N."""
     return -tyre.limit * np.expm1(-way / tyre.grip)
 
 
 def slides_as_tangent(tyre: Pulled, way: Real) -> Real:
-    """Side force that softens late, N."""
+    """Lateral force that softens late, N."""
     return tyre.limit * np.tanh(way / tyre.grip)
 
 
@@ -109,7 +109,7 @@ SHAPES = ("few", "ramp", "ramp_hold", "rest_ramp_hold", "there_and_back", *SLIDI
 ASKED = SHAPES[:8]
 
 
-def pull(shape: str, rng: np.random.Generator) -> tuple[PullTest, float]:
+def pull(shape: str, rng: np.random.Generator) -> tuple[LateralStiffnessTest, float]:
     """Make a pull of a ``shape``, and give the stiffness at the origin (N/m)."""
     tyre = draw_tyre(rng)
     reach = 0.3 * tyre.load / tyre.stiffness
@@ -137,7 +137,7 @@ def pull(shape: str, rng: np.random.Generator) -> tuple[PullTest, float]:
     seen = path + tyre.gauge_noise * rng.standard_normal(path.size)
     condition = Condition(tyre=shape, load=tyre.load, pressure=5.5e5, surface="flat")
     time = np.arange(path.size) / RATE
-    test = PullTest(condition, "adapted SAE", force, seen, np.zeros(path.size), time=time, synthetic=True)
+    test = LateralStiffnessTest(condition, "adapted SAE", force, seen, np.zeros(path.size), time=time, synthetic=True)
     return test, tyre.stiffness
 
 
@@ -165,7 +165,7 @@ def one_pull(seed: int, shape: str, number: int) -> Row:
     test, truth = pull(shape, np.random.default_rng([seed, SHAPES.index(shape), number]))
     row: Row = {"seed": seed, "shape": shape, "number": number, "refused": "", "held": False, "error": None}
     try:
-        fit = fit_pull_test(test)
+        fit = fit_lateral_stiffness(test)
     except InputError as error:
         return row | {"refused": str(error)}
     low, high = fit.lateral_stiffness.ci95

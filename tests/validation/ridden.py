@@ -45,7 +45,7 @@ def signed(rng: Random, low: float, high: float) -> float:
 
 
 def disturbance(cause: str, time: Array, mass: float, rng: Random) -> Array:
-    """Steer torque, lean torque (N m) and side force (N), (3, samples), of a run at ``time``, finer than recorded."""
+    """Steer torque, lean torque (N m) and lateral force (N), (3, samples), at ``time``, finer than recorded."""
     found, t = np.zeros((3, len(time))), time
     if cause == "pedalling":
         hertz = rng.uniform(1.0, 1.6)

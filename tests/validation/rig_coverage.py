@@ -18,7 +18,7 @@ from tests.validation.cases import KeptCases, Row
 from tyre.fits import FitSettings, fit_campaign, fit_slip_sweep, read_recording, slip_reversals, write_csv
 from tyre.ground import PASCAL_PER_BAR
 from tyre.measured import Calibration
-from tyre.recordings import Condition, PullTest, RigRun
+from tyre.recordings import Condition, LateralStiffnessTest, RigRun
 from tyre.rig import (
     DialGauge,
     LoadCellDrift,
@@ -173,7 +173,7 @@ def drawn_tyre(load: float, pressure: float, rng: np.random.Generator) -> RigTyr
 
 
 def _one_branch(path: Path, length: float, truth: float) -> tuple[float, float]:
-    """Error of the side force at zero slip from one branch alone, with the lag known and with the lag left in, N."""
+    """Error of the lateral force at zero slip from one branch alone, with the lag known and with the lag left in, N."""
     run = read_recording(path)
     assert isinstance(run, RigRun)
     turns = slip_reversals(run)
@@ -185,10 +185,10 @@ def _one_branch(path: Path, length: float, truth: float) -> tuple[float, float]:
 
 
 def _line(files: list[Path]) -> float:
-    """Slope of a straight line through all points of the pull tests, N/m."""
+    """Slope of a straight line through all points of the lateral stiffness tests, N/m."""
     slopes = []
     for file in files:
         test = read_recording(file)
-        assert isinstance(test, PullTest)
-        slopes.append(float(np.polyfit(test.tyre_deflection, test.side_force, 1)[0]))
+        assert isinstance(test, LateralStiffnessTest)
+        slopes.append(float(np.polyfit(test.tyre_deflection, test.lateral_force, 1)[0]))
     return float(np.mean(slopes))

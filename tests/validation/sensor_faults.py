@@ -33,7 +33,7 @@ from tyre.rig import (
 MISSING = (0.05, 0.1, 0.2)
 ONSETS = (0.0, 0.5, 0.7)
 GAINS = (0.02, 0.05, 0.1)
-WORDS = {"side_force": "that of side_force", "slip_angle": "that of slip_angle", "gain": "a larger gain"}
+WORDS = {"lateral_force": "that of lateral_force", "slip_angle": "that of slip_angle", "gain": "a larger gain"}
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Brush(RigTyre):
     fading: float = 0.0
 
     def steady_force(self, slip: Array) -> Array:
-        """Side force, N (n,), at ``slip`` (n,), rad."""
+        """Lateral force, N (n,), at ``slip`` (n,), rad."""
         x = slip + self.offset_slip
         peak = self.peak_force * (1.0 + self.fading * (1.0 - np.abs(np.tanh(3.0 * x))))
         left = 1.0 - np.minimum(self.cornering_stiffness * np.abs(np.tan(x)) / (3.0 * peak), 1.0)
@@ -55,7 +55,7 @@ class Tangent(RigTyre):
     """F = D tanh(C tan(x) / D): a plain saturation."""
 
     def steady_force(self, slip: Array) -> Array:
-        """Side force, N (n,), at ``slip`` (n,), rad."""
+        """Lateral force, N (n,), at ``slip`` (n,), rad."""
         steep = self.cornering_stiffness * np.tan(slip + self.offset_slip) / self.peak_force
         return np.asarray(self.offset_force + self.peak_force * np.tanh(steep))
 
@@ -92,7 +92,7 @@ def run(*, out: Path, seed: int, clean: int = 100, faulty: int = 40) -> dict[str
                 )
                 for missing in MISSING
             }
-            for channel in ("side_force", "slip_angle") for onset in ONSETS
+            for channel in ("lateral_force", "slip_angle") for onset in ONSETS
         } | {"two gains of the force cell": {
             f"{gain:.0%}": found(two_gains, "gain", "", difference=gain) for gain in GAINS
         }},
@@ -140,7 +140,7 @@ def flattened(run: RigRun, channel: str, onset: float, missing: float) -> RigRun
 
 def two_gains(run: RigRun, difference: float) -> RigRun:
     """A recording whose force cell reads more to the right than to the left."""
-    return replace(run, side_force=run.side_force * (1.0 + np.sign(run.side_force) * difference / 2.0))
+    return replace(run, lateral_force=run.lateral_force * (1.0 + np.sign(run.lateral_force) * difference / 2.0))
 
 
 def told(run: RigRun) -> tuple[str, ...]:

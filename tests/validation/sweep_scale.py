@@ -45,7 +45,7 @@ def run(*, out: Path, seed: int, bicycles: int = 100_000, workers: int = 2, sche
         ("critical speeds, parts of the usual size", few, usual_items(few)),
         ("critical speeds", few, None),
         ("critical speeds", sweep_of(bicycles, seed, ["critical_speeds"], {}), None),
-        ("growth rates at 10 speeds", sweep_of(10 * bicycles, seed, ["largest_growth_rate"], rates), None),
+        ("growth rates at 10 speeds", sweep_of(10 * bicycles, seed, ["max_growth_rate"], rates), None),
     )
     local = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 40}
     rows = []

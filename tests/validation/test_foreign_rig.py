@@ -48,8 +48,8 @@ def test_forces_of_a_quiet_rig_are_the_curve_at_the_lagged_slip():
     found = roll(tyre, QUIET, driven, 2.0, 0.0, rng)
     behind = np.deg2rad(0.2) - (driven[1] - driven[0]) * 200 / 2.0 * tyre.length
     expected = tyre.c * (behind + tyre.ply_slip) + tyre.ply_force  # in the middle of the curve
-    assert found["side_force_N"][-1] == pytest.approx(expected, rel=0.03)
-    upright, leaning = (roll(tyre, QUIET, driven, 2.0, camber, rng)["side_force_N"][-1] for camber in (0.0, 1e-3))
+    assert found["lateral_force_N"][-1] == pytest.approx(expected, rel=0.03)
+    upright, leaning = (roll(tyre, QUIET, driven, 2.0, camber, rng)["lateral_force_N"][-1] for camber in (0.0, 1e-3))
     assert leaning - upright == pytest.approx(1e-3 * tyre.camber_stiffness, rel=0.05)
 
 
@@ -62,7 +62,7 @@ def sweep_of(tyre, rig, rng):
         kind="slip_sweep",
         time=columns["time_s"],
         slip_angle=np.deg2rad(columns["slip_angle_deg"]),
-        side_force=columns["side_force_N"],
+        lateral_force=columns["lateral_force_N"],
         vertical_load=columns["vertical_load_N"],
         aligning_moment=columns["aligning_moment_Nm"],
         speed=columns["speed_km_h"] / 3.6,

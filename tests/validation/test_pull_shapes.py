@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.validation.pull_shapes import ASKED, Pulled, moves, one_pull, pull, slides_by_bristles
-from tyre.fits import fit_pull_test
-from tyre.recordings import PullTest
+from tyre.fits import fit_lateral_stiffness
+from tyre.recordings import LateralStiffnessTest
 
 TYRE = Pulled(stiffness=62e3, load=420.0, limit=315.0, gauge_noise=1e-5, force_noise=2.0)
 
@@ -34,7 +34,7 @@ def test_the_interval_holds_the_stiffness_of_every_shape(shape):
 
 def test_an_end_that_slides_is_left_out_and_said():
     test, truth = pull("slides_hard", np.random.default_rng(5))
-    fit = fit_pull_test(test)
+    fit = fit_lateral_stiffness(test)
     assert fit.lateral_stiffness.value == pytest.approx(truth, rel=5e-3)
     assert fit.readings_used < fit.readings
     assert np.isnan(fit.fitted[fit.readings_used :]).all()
@@ -45,7 +45,7 @@ def test_an_end_that_slides_is_left_out_and_said():
 def test_an_end_that_slides_gently_bends_the_curve():
     """A brush departs from its initial slope by (1 - (1 - u)^3) / (3 u) - 1 with u = K x / (3 F_max)."""
     test, truth = pull("slides_gently", np.random.default_rng(6))
-    fit = fit_pull_test(test)
+    fit = fit_lateral_stiffness(test)
     u = np.linspace(1e-3, 0.5, 2000)
     departure = (1 - (1 - u) ** 3) / (3 * u) - 1
     at_two_percent = u[np.argmax(departure < -0.02)]
@@ -64,9 +64,11 @@ def test_noise_with_a_memory_widens_the_interval():
 def test_a_fit_that_leaves_more_than_noise_says_so():
     """A force that jumps by 8 N every sixty readings, which no law describes."""
     test, _ = pull("rest_ramp_hold", np.random.default_rng(9))
-    saw = 8.0 * ((np.arange(test.side_force.size) // 60) % 2)
-    rough = PullTest(test.condition, test.axes, test.side_force + saw, test.plate_displacement, test.rim_displacement)
-    fit, clean = fit_pull_test(rough), fit_pull_test(test)
+    saw = 8.0 * ((np.arange(test.lateral_force.size) // 60) % 2)
+    rough = LateralStiffnessTest(
+        test.condition, test.axes, test.lateral_force + saw, test.plate_displacement, test.rim_displacement
+    )
+    fit, clean = fit_lateral_stiffness(rough), fit_lateral_stiffness(test)
     assert fit.fit_sd > 2 * clean.fit_sd
     assert any("N, more than the noise from reading to reading" in note for note in fit.notes)
     assert not any("more than the noise" in note for note in clean.notes)

@@ -24,7 +24,7 @@ TINY = {
     "rig-coverage": "--seed 99 --campaigns 1 --jobs 1",
 }
 SLOW = {"benchmark", "credit", "damaged-inputs", "every-bicycle", "field-cases", "foreign-rig", "free-decays"}
-SLOW |= {"joint-diagnosis", "readings", "residual-torque", "search-optimum", "sensitivity-mpmath", "sensor-faults"}
+SLOW |= {"joint-diagnosis", "readings", "unmodelled-torque", "search-optimum", "sensitivity-mpmath", "sensor-faults"}
 SLOW |= {"hostile-values", "independent-derivation", "ridden", "sweep-scale", "under-a-rider"}
 
 

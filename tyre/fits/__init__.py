@@ -29,7 +29,7 @@ __getattr__, __dir__ = room(
             "with_camber",
         ),
         "friction": ("dahl_friction",),
-        "pull_test": ("fit_pull_test",),
+        "lateral_stiffness": ("fit_lateral_stiffness",),
         "recording_files": (
             "read_events",
             "read_recording",

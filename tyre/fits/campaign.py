@@ -24,7 +24,7 @@ from tyre.fits.condition import (
     keep_upright,
     refuse_infinite,
 )
-from tyre.fits.pull_test import fit_pull_test
+from tyre.fits.lateral_stiffness import fit_lateral_stiffness
 from tyre.fits.recording_files import read_events
 from tyre.fits.relaxation import fit_slip_step, is_slip_step
 from tyre.fits.sidecar import file_and_sidecar
@@ -40,7 +40,7 @@ from tyre.maps.contact_patch import log_curvature
 from tyre.maps.map_files import write_table
 from tyre.measured.properties import Estimate
 from tyre.measured.tables import CommonCalibration, MeasuredColumn, MeasuredTable
-from tyre.recordings.recording import Condition, PullTest, RigRun
+from tyre.recordings.recording import Condition, LateralStiffnessTest, RigRun
 from tyre.recordings.run_checks import preflight
 
 OWN = (".csv", ".tdx")
@@ -78,7 +78,9 @@ def points_of(summary: RecordingSummary) -> dict[str, Any]:
     return {key: np.array(value) for key, value in points.items()}
 
 
-def _fit_event(event: str, recording: RigRun | PullTest, path: Path, settings: FitSettings) -> dict[str, Any]:
+def _fit_event(
+    event: str, recording: RigRun | LateralStiffnessTest, path: Path, settings: FitSettings
+) -> dict[str, Any]:
     """Fit one event, or say why not, as plain values."""
     try:
         summary, points = fit_read(recording, path, name=event, settings=settings)
@@ -135,14 +137,14 @@ def _code() -> bytes:
 
 
 def fit_read(
-    recording: RigRun | PullTest, path: Path, *, name: str, settings: FitSettings
+    recording: RigRun | LateralStiffnessTest, path: Path, *, name: str, settings: FitSettings
 ) -> tuple[RecordingSummary, Points]:
     """Fit a recording by its kind; also returns up to 240 points (measured, fitted) for figures."""
     check = preflight(recording, load_tolerance=settings.load_tolerance)
     if not check.usable:
         raise InputError(f"{path}: not usable: {'; '.join(check.problems)}")
     notes = tuple(dict.fromkeys((*recording.notes, *check.problems)))
-    if isinstance(recording, PullTest):
+    if isinstance(recording, LateralStiffnessTest):
         summary, points = _pull(recording, name, settings)
     elif is_slip_step(recording):
         summary, points = _step(recording, name)
@@ -155,7 +157,12 @@ def fit_read(
 
 
 def _summary(
-    recording: RigRun | PullTest, name: str, kind: str, estimate: Estimate, fit: Any, details: Mapping[str, Any]
+    recording: RigRun | LateralStiffnessTest,
+    name: str,
+    kind: str,
+    estimate: Estimate,
+    fit: Any,
+    details: Mapping[str, Any],
 ) -> RecordingSummary:
     return RecordingSummary(
         file=name,
@@ -216,9 +223,9 @@ def _sweep(run: RigRun, name: str, settings: FitSettings) -> tuple[RecordingSumm
     return summary, _thin_points(points)
 
 
-def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
-    """Fit a pull test: its summary, and points (readings) for figures."""
-    fit = fit_pull_test(test, calibration=settings.calibration)
+def _pull(test: LateralStiffnessTest, name: str, settings: FitSettings) -> tuple[RecordingSummary, Points]:
+    """Fit a lateral stiffness test: its summary, and points (readings) for figures."""
+    fit = fit_lateral_stiffness(test, calibration=settings.calibration)
     details = {
         "friction_N": fit.friction,
         "largest_force_N": float(np.max(np.abs(fit.force))),
@@ -232,7 +239,7 @@ def _pull(test: PullTest, name: str, settings: FitSettings) -> tuple[RecordingSu
         "residual_sd_N": fit.residual_sd,
     }
     points = {"deflection_m": fit.deflection, "force_N": fit.force, "fitted_N": fit.fitted}
-    return _summary(test, name, "pull_test", fit.lateral_stiffness, fit, details), _thin_points(points)
+    return _summary(test, name, "lateral_stiffness", fit.lateral_stiffness, fit, details), _thin_points(points)
 
 
 def _step(run: RigRun, name: str) -> tuple[RecordingSummary, Points]:

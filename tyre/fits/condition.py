@@ -41,10 +41,10 @@ class FitSettings:
 
 @dataclass(frozen=True)
 class RecordingSummary:
-    """One fitted recording, SI units; ``kind`` is ``slip_sweep``, ``slip_step`` or ``pull_test``."""
+    """One fitted recording, SI units; ``kind`` is ``slip_sweep``, ``slip_step`` or ``lateral_stiffness``."""
 
     file: str  # name of the recording, ``name#event`` for one of several events of a file
-    kind: str  # ``slip_sweep``, ``slip_step`` or ``pull_test``
+    kind: str  # ``slip_sweep``, ``slip_step`` or ``lateral_stiffness``
     condition: Condition  # load, pressure and camber, as stated or as the channels show them
     synthetic: bool  # True if a program computed the recording
     value: float  # cornering stiffness N/rad of a sweep, relaxation length m of a step, lateral stiffness N/m of a pull
@@ -122,7 +122,7 @@ def refuse_infinite(summary: RecordingSummary, path: Path) -> None:
 def check_plausible(summary: RecordingSummary, path: Path) -> tuple[str, ...]:
     """Return notes on unusual values of a fitted recording; refuse a stiffness that no tyre has."""
     load = summary.condition.load
-    names = {"slip_sweep": "cornering_stiffness_per_load", "pull_test": "lateral_stiffness"}
+    names = {"slip_sweep": "cornering_stiffness_per_load", "lateral_stiffness": "lateral_stiffness"}
     name = names.get(summary.kind, "relaxation_length")
     values: dict[str, float | None] = {name: summary.value}
     if summary.kind == "slip_sweep":
@@ -157,7 +157,7 @@ def check_repeats(recordings: Sequence[RecordingSummary], label: str) -> None:
 
 
 def repeat_warnings(recordings: Sequence[RecordingSummary]) -> list[str]:
-    """Return warnings of repeats that disagree, of likely copies and of doubtful pull tests."""
+    """Return warnings of repeats that disagree, of likely copies and of doubtful lateral stiffness tests."""
     warnings = []
     for first, second in combinations(recordings, 2):
         if first.kind != second.kind:
@@ -168,7 +168,7 @@ def repeat_warnings(recordings: Sequence[RecordingSummary]) -> list[str]:
             warnings.append(
                 f"{first.file} and {second.file} differ by {100 * abs(first.value / second.value - 1):.1f} %"
             )
-    for item in (item for item in recordings if item.kind == "pull_test"):
+    for item in (item for item in recordings if item.kind == "lateral_stiffness"):
         if item.r_squared < 0.98:
             warnings.append(f"{item.file}: the friction loop fits badly (R^2 {item.r_squared:.3f}); did a gauge slip?")
         share = item.details.get("friction_N", 0.0) / item.details.get("largest_force_N", np.inf)
@@ -228,7 +228,7 @@ class ConditionResult:
     relaxation_length: Estimate | None  # C_Fy / K_y, m
     covariance: NDArray[np.float64] | None  # (3, 3), of (C_Fy, K_y, C_Fy / K_y) in N/rad, N/m and m
     r_squared: float | None  # mean of the sweeps'
-    pneumatic_trail: Estimate | None  # m, at zero slip; the side force acts behind the contact centre
+    pneumatic_trail: Estimate | None  # m, at zero slip; the lateral force acts behind the contact centre
     routes: Agreement | None  # test of C/K and the ``direct`` routes against each other; None with fewer than two
     direct: dict[str, Estimate]  # relaxation length, m, by its route: ``two sweep rates``, ``slip step``
     borrowed_stiffness: bool  # True: K_y is that of the flat track, or of the upright wheel
@@ -279,7 +279,7 @@ def combine(
     """
     sweeps, pulls, steps = (
         tuple(sorted((item for item in recordings if item.kind == kind), key=lambda item: item.file))
-        for kind in ("slip_sweep", "pull_test", "slip_step")
+        for kind in ("slip_sweep", "lateral_stiffness", "slip_step")
     )
     warnings = [*further_warnings, *repeat_warnings(recordings)]
     for item in (*sweeps, *pulls, *steps):
@@ -287,15 +287,15 @@ def combine(
     is_borrowed = not pulls and bool(borrowed)
     if is_borrowed:
         pulls = tuple(sorted(borrowed, key=lambda item: item.file))
-        others = {"drum": "flat track (no pull test on the drum)"}
-        where = others.get(key.surface, "upright wheel (no pull test at camber)")
+        others = {"drum": "flat track (no lateral stiffness test on the drum)"}
+        where = others.get(key.surface, "upright wheel (no lateral stiffness test at camber)")
         warnings.append(f"lateral stiffness is that of the {where}")
     c = _mean(sweeps, sweep_repeatability, "cornering stiffness", warnings)
     k = _mean(pulls, pull_repeatability, "lateral stiffness", warnings)
     if c is None:
         warnings.append("no slip sweep: cornering stiffness unknown")
     if k is None:
-        warnings.append("no pull test: lateral stiffness and C/K unknown")
+        warnings.append("no lateral stiffness test: lateral stiffness and C/K unknown")
     length, covariance = None, None
     if c is not None and k is not None:
         length, covariance = relaxation_from_stiffness(
@@ -484,7 +484,7 @@ def combine_campaign(
     near_warnings, floor = near_conditions(groups), settings.calibration.repeatability
     sweeps, pulls = (
         pooled_repeatability([[item for item in group if item.kind == kind] for group in groups.values()], floor=floor)
-        for kind in ("slip_sweep", "pull_test")
+        for kind in ("slip_sweep", "lateral_stiffness")
     )
     conditions = []
     for key in sorted(groups, key=lambda k: (k.tyre, k.surface != "flat", k.surface, k.pressure, k.load, k.camber)):
@@ -493,7 +493,7 @@ def combine_campaign(
             combine(
                 key,
                 groups[key],
-                borrowed=[item for item in flat if item.kind == "pull_test"],
+                borrowed=[item for item in flat if item.kind == "lateral_stiffness"],
                 sweep_repeatability=sweeps,
                 pull_repeatability=pulls,
                 calibration=settings.calibration,

@@ -80,7 +80,7 @@ class Pull:
     """Readings (n,) of a pull: deflection m, force N, clock from -1/2 to 1/2; strokes begin at ``turns``."""
 
     deflection: Channel  # (n,), m, plate minus rim
-    force: Channel  # (n,), N, side force
+    force: Channel  # (n,), N, lateral force
     clock: Channel  # (n,), from -1/2 at the first reading to 1/2 at the last
     turns: NDArray[np.int64]  # (strokes,), reading at which each stroke begins
 

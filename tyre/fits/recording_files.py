@@ -20,7 +20,7 @@ from tyre.recordings.recording import (
     CHANNELS,
     Channel,
     Condition,
-    PullTest,
+    LateralStiffnessTest,
     RigRun,
     check_channels,
     signs,
@@ -34,7 +34,7 @@ _PULL_COLUMNS = ("plate_displacement", "rim_displacement")
 _MISSING = ("", "NaN", "nan", "NAN", "NA", "NOTAVAIL")
 
 
-def read_recording(path: str | Path) -> RigRun | PullTest:
+def read_recording(path: str | Path) -> RigRun | LateralStiffnessTest:
     """Read one recording.
 
     Parameters
@@ -42,8 +42,8 @@ def read_recording(path: str | Path) -> RigRun | PullTest:
     path : str or Path
         A ``.csv`` file (its sidecar has the same stem and ends in ``.toml``), that sidecar itself, or a TYDEX file
         (``.tdx``). CSV columns carry their unit: ``time_s``, ``slip_angle_deg`` or ``slip_angle_rad``,
-        ``side_force_N``, ``vertical_load_N``, and where recorded ``aligning_moment_Nm``, ``inclination_deg``,
-        ``speed_km_h``, ``temperature_C``, ``pressure_bar``; a pull test has ``side_force_N``,
+        ``lateral_force_N``, ``vertical_load_N``, and where recorded ``aligning_moment_Nm``, ``inclination_deg``,
+        ``speed_km_h``, ``temperature_C``, ``pressure_bar``; a lateral stiffness test has ``lateral_force_N``,
         ``plate_displacement_mm``, ``rim_displacement_mm`` and perhaps ``time_s``. Commas separate the columns;
         semicolons with decimal commas
         are understood too. Empty fields, ``NaN`` and ``NOTAVAIL`` are missing samples. With a channel map in its
@@ -51,7 +51,7 @@ def read_recording(path: str | Path) -> RigRun | PullTest:
 
     Returns
     -------
-    RigRun or PullTest
+    RigRun or LateralStiffnessTest
         SI units, adapted SAE axes; ``notes`` names the columns that were not used.
 
     Raises
@@ -67,7 +67,7 @@ def read_recording(path: str | Path) -> RigRun | PullTest:
     return first
 
 
-def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict[str, RigRun | PullTest]:
+def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict[str, RigRun | LateralStiffnessTest]:
     """Read every event by name ("" of the only one); ``channel_map`` serves where the sidecar has no map of its own."""
     from tyre.fits.segments import split  # here: it brings most of scipy; a file that is refused need not wait for it
 
@@ -91,7 +91,7 @@ def read_events(path: str | Path, channel_map: ChannelMap | None = None) -> dict
     return split(events)
 
 
-def _read_mapped(file: Path, sidecar: Sidecar, channel_map: ChannelMap) -> dict[str, RigRun | PullTest]:
+def _read_mapped(file: Path, sidecar: Sidecar, channel_map: ChannelMap) -> dict[str, RigRun | LateralStiffnessTest]:
     """Read the channels of a map from a ``file`` of any format, one recording for every event by its name."""
     pull = "plate_displacement" in channel_map.channels  # dial gauges are often read by hand
     records = read_records(file, channel_map, QUANTITIES, timed=not pull and sidecar.kind != "steady")
@@ -109,7 +109,7 @@ def _choose_map(own: ChannelMap, common: ChannelMap | None) -> ChannelMap:
     return replace(common, **{name: part for name, part in parts.items() if part})
 
 
-def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | PullTest:
+def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | LateralStiffnessTest:
     """Turn one event (SI units, in the axes of the file) into rig data, checked."""
     # conversion leaves readings that were equal apart by rounding, and turning points hinge on ties
     columns = {name: _round_channel(x) for name, x in record.values.items()}
@@ -123,7 +123,7 @@ def _round_channel(channel: Channel) -> Channel:
     return channel if not 0.0 < largest < np.inf else np.round(channel, 11 - int(np.floor(np.log10(largest))))
 
 
-def write_csv(recording: RigRun | PullTest, path: str | Path) -> None:
+def write_csv(recording: RigRun | LateralStiffnessTest, path: str | Path) -> None:
     """Write a recording as CSV plus sidecar (of the same stem), in the axes it declares."""
     import pandas as pd
 
@@ -140,17 +140,19 @@ def write_csv(recording: RigRun | PullTest, path: str | Path) -> None:
     write_sidecar(recording, path.with_suffix(".toml"))
 
 
-def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], path: Path) -> RigRun | PullTest:
+def _assemble(
+    columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], path: Path
+) -> RigRun | LateralStiffnessTest:
     """Make rig data of ``columns`` (n,) in SI units, in the axes that the sidecar declares, and check them."""
     turn = signs(sidecar.axes, where=str(path))
     pull = any(name in columns for name in _PULL_COLUMNS)
-    if sidecar.kind is not None and pull != (sidecar.kind == "pull_test"):
+    if sidecar.kind is not None and pull != (sidecar.kind == "lateral_stiffness"):
         raise InputError(f"{path}: the sidecar declares kind = {sidecar.kind!r}, the columns are {', '.join(columns)}")
     if pull and sidecar.rigid_rim:
         columns = _add_still_rim(columns, path)
     if sidecar.kind == "steady":
         columns = _number_points(columns, turn["vertical_load"] * sidecar.condition.load)
-    needed = ("side_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "side_force", "vertical_load")
+    needed = ("lateral_force", *_PULL_COLUMNS) if pull else ("time", "slip_angle", "lateral_force", "vertical_load")
     _refuse_lacking(columns, needed, sidecar, path)
 
     load = columns.get("vertical_load")
@@ -159,14 +161,14 @@ def _assemble(columns: dict[str, Channel], sidecar: Sidecar, notes: list[str], p
     channels: Any = {name: channel * turn[name] + 0.0 for name, channel in columns.items()}
     everything = (*sidecar.notes, *(note for note in notes if note not in sidecar.notes))
     common: dict[str, Any] = {"source": path, "synthetic": sidecar.synthetic}
-    recording: RigRun | PullTest
+    recording: RigRun | LateralStiffnessTest
     if pull:
         used: Any = {name: channels[name] for name in (*needed, "time") if name in channels}
         unused = sorted(set(channels) - set(used))
         if unused:
-            everything = (*everything, f"columns not used in a pull test: {', '.join(unused)}")
+            everything = (*everything, f"columns not used in a lateral stiffness test: {', '.join(unused)}")
         condition = _condition_of_pull(sidecar.condition, path)
-        recording = PullTest(condition, sidecar.axes, **used, **common, notes=everything)
+        recording = LateralStiffnessTest(condition, sidecar.axes, **used, **common, notes=everything)
     else:
         kind: Any = sidecar.kind or "slip_sweep"
         recording = RigRun(sidecar.condition, sidecar.axes, **channels, **common, kind=kind, notes=everything)
@@ -198,10 +200,12 @@ def _refuse_lacking(columns: dict[str, Channel], needed: tuple[str, ...], sideca
 
 
 def _condition_of_pull(condition: Condition, path: Path) -> Condition:
-    """Condition of a pull test, upright if no camber is declared; refuse one that declares no load or pressure."""
+    """Condition of a lateral stiffness test, upright unless it declares a camber; no load or pressure is refused."""
     lacking = next((name for name in ("load", "pressure") if np.isnan(getattr(condition, name))), "")
     if lacking:
-        raise InputError(f"{path}: key {lacking!r} is missing in the sidecar; a pull test is not cut by its channels")
+        raise InputError(
+            f"{path}: key {lacking!r} is missing in the sidecar; a lateral stiffness test is not cut by its channels"
+        )
     return replace(condition, camber=float(np.nan_to_num(condition.camber)))
 
 

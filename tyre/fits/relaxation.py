@@ -37,13 +37,13 @@ class SlipStepFit:
     relaxation_length: Estimate  # with what the curve of the tyre leaves open
     fit_sd: float  # from the (correlated) residuals of this recording alone, m
     fit_dof: float  # degrees of freedom behind ``fit_sd``
-    curve_sd: float  # because the peak of the side force is assumed, common to all steps of a tyre, m
+    curve_sd: float  # because the peak of the lateral force is assumed, common to all steps of a tyre, m
     slip: tuple[float, float]  # before and after the step, rad
     deficit: float  # share by which the force change stays below cornering stiffness times slip change, as assumed
     length_by_deficit: float  # relative change of the length for a deficit that is larger by one
     distance_to_63: float | None  # m to where the smoothed force first passes 63.2 % of its change
     force_change: float  # N, of the fitted steady force from before to after the step
-    r_squared: float  # of the resampled side force
+    r_squared: float  # of the resampled lateral force
     residual_sd: float  # N, likewise
     notes: tuple[str, ...]  # those of the recording
 
@@ -62,13 +62,13 @@ def is_slip_step(run: RigRun) -> bool:
     return bool(at_rest.mean() > 0.9 and changes < 4 and span > np.deg2rad(0.1))
 
 
-# peak of the side force over load of a tyre that is not known better, its relative standard deviation, and the shape C
-# of its Magic Formula: bicycle tyres have 0.7 to 1.2 (Dell'Orto et al.; Schwalbe 28 x 1.75 of data/tyres)
+# peak of the lateral force over load of a tyre that is not known better, its relative standard deviation, and the shape
+# C of its Magic Formula: bicycle tyres have 0.7 to 1.2 (Dell'Orto et al.; Schwalbe 28 x 1.75 of data/tyres)
 PEAK, PEAK_SD, SHAPE = 0.95, 0.25, 1.4
 
 
 def steady_curve(slip: Array, *, stiffness: float, peak: float, shape: float = SHAPE, curvature: float = 0.0) -> Array:
-    """Side force of a tyre without offsets at a steady slip (rad): the Magic Formula with this slope at zero."""
+    """Lateral force of a tyre without offsets at a steady slip (rad): the Magic Formula with this slope at zero."""
     reduced = stiffness / (shape * peak) * slip
     return peak * magic_formula(reduced, shape_factor=shape, curvature_factor=curvature)
 
@@ -99,7 +99,9 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
     middle = float(distance[np.argmax(u > 0.5)])
     change = float(np.median(force[-distance.size // 5 :]) - np.median(force[:head]))
     if change / jump <= 0.0:
-        raise InputError(f"{where}: the side force falls with slip after conversion from the declared axes; check axes")
+        raise InputError(
+            f"{where}: the lateral force falls with slip after conversion from the declared axes; check axes"
+        )
     load = float(np.nanmean(run.vertical_load)) if np.isfinite(run.vertical_load).any() else run.condition.load
     assumed = max(PEAK * load, 1.5 * abs(change))
     scale = max(1.4826 * float(np.median(np.abs(force - np.convolve(force, np.ones(5) / 5.0, mode="same")))), 1e-6)
@@ -201,7 +203,7 @@ def _averaged_over_noise(
 
 def complete_samples(run: RigRun) -> NDArray[np.bool_]:
     """Mark the samples of a slip step that lack nothing: they are fitted."""
-    valid = np.isfinite(run.side_force) & np.isfinite(run.slip_angle) & np.isfinite(run.time)
+    valid = np.isfinite(run.lateral_force) & np.isfinite(run.slip_angle) & np.isfinite(run.time)
     return valid if run.speed is None else valid & np.isfinite(run.speed)
 
 
@@ -222,7 +224,7 @@ def _over_distance(run: RigRun, where: str) -> tuple[Channel, Channel, Channel, 
     travelled = np.concatenate([[0.0], np.cumsum(np.diff(time) * 0.5 * (speed[1:] + speed[:-1]))])
     even = np.linspace(0.0, travelled[-1], travelled.size)
     slip = np.interp(even, travelled, run.slip_angle[valid])
-    force = np.interp(even, travelled, run.side_force[valid])
+    force = np.interp(even, travelled, run.lateral_force[valid])
     has_load = np.isfinite(run.vertical_load[valid])
     if not has_load.any():
         return even, slip, force, np.zeros_like(even)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tyre.fits.relaxation import is_slip_step
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
-from tyre.recordings.recording import Channel, Condition, PullTest, RigRun, check_condition
+from tyre.recordings.recording import Channel, Condition, LateralStiffnessTest, RigRun, check_condition
 from tyre.recordings.run_checks import TOLERANCES, Tolerance, part_means
 from tyre.recordings.signal_quality import noise_level
 
@@ -52,9 +52,9 @@ class Stretch:
         return replace(run, **channels, kind="slip_step" if self.kind == "step" else run.kind)
 
 
-def split(events: Mapping[str, RigRun | PullTest]) -> dict[str, RigRun | PullTest]:
+def split(events: Mapping[str, RigRun | LateralStiffnessTest]) -> dict[str, RigRun | LateralStiffnessTest]:
     """Cut rolling ``events`` of one file where conditions change; undeclared ones are the levels of their channels."""
-    pieces: dict[str, RigRun | PullTest] = {}
+    pieces: dict[str, RigRun | LateralStiffnessTest] = {}
     for name, event in events.items():
         if isinstance(event, RigRun) and event.kind == "steady":
             pieces |= {f"{name}.{level}".strip("."): run for level, run in steady_levels(event).items()}
@@ -74,7 +74,7 @@ def split(events: Mapping[str, RigRun | PullTest]) -> dict[str, RigRun | PullTes
 def steady_levels(run: RigRun) -> dict[str, RigRun]:
     """Sort the complete points of a steady table by the levels of what its sidecar leaves to the channels, each in the
     order of its slip; "" is the only level."""
-    complete = np.isfinite(run.slip_angle) & np.isfinite(run.side_force) & np.isfinite(run.vertical_load)
+    complete = np.isfinite(run.slip_angle) & np.isfinite(run.lateral_force) & np.isfinite(run.vertical_load)
     levels: dict[str, dict[int, str]] = {}  # of a quantity: point -> its level as it is called
     for quantity, tolerance in TOLERANCES.items():
         channel: Channel | None = getattr(run, tolerance.channel)

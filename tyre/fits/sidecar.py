@@ -13,7 +13,15 @@ from tyre.ground.errors import InputError
 from tyre.ground.files import read_toml, write_text
 from tyre.ground.schema import Check, flag, maybe, number, read, refusal, table, text
 from tyre.ground.units import PASCAL_PER_BAR, unit_in_name
-from tyre.recordings.recording import COMPUTED_NOTE, CONVENTIONS, Condition, PullTest, RigRun, check_condition, signs
+from tyre.recordings.recording import (
+    COMPUTED_NOTE,
+    CONVENTIONS,
+    Condition,
+    LateralStiffnessTest,
+    RigRun,
+    check_condition,
+    signs,
+)
 
 
 def _note(value: Any) -> tuple[str, ...]:
@@ -23,7 +31,7 @@ def _note(value: Any) -> tuple[str, ...]:
     return tuple(notes)
 
 
-_KINDS = ("slip_sweep", "slip_step", "steady", "pull_test")
+_KINDS = ("slip_sweep", "slip_step", "steady", "lateral_stiffness")
 _TEXT = text(blank=False)
 _PLAIN_KEYS: dict[str, Check] = {
     "kind": text(f"is not one of {', '.join(_KINDS)}", allowed=_KINDS),
@@ -54,7 +62,7 @@ class Sidecar:
 
     condition: Condition  # NaN for a load or pressure that it leaves to the channels
     axes: str  # ``ISO``, ``SAE`` or ``adapted SAE``: signs of the file's channels
-    kind: str | None = None  # as in :class:`RigRun`, or ``pull_test``; None: the columns tell
+    kind: str | None = None  # as in :class:`RigRun`, or ``lateral_stiffness``; None: the columns tell
     synthetic: bool = False  # True if a program computed the recording
     notes: tuple[str, ...] = ()  # what a reader of any result must know
     channel_map: ChannelMap | None = None  # which column is which channel; None: by their names
@@ -89,11 +97,11 @@ def read_sidecar(path: Path) -> Sidecar:
     return Sidecar(condition, **settings, channel_map=channel_map)
 
 
-def write_sidecar(recording: RigRun | PullTest, path: Path) -> None:
+def write_sidecar(recording: RigRun | LateralStiffnessTest, path: Path) -> None:
     """Write the sidecar of a recording in the units the reader documents (N, bar, km/h, deg, m)."""
     condition = recording.condition
     content: dict[str, Any] = {
-        "kind": recording.kind if isinstance(recording, RigRun) else "pull_test",
+        "kind": recording.kind if isinstance(recording, RigRun) else "lateral_stiffness",
         "tyre": condition.tyre,
         "load_N": condition.load,
         "pressure_bar": _round_printed(condition.pressure / PASCAL_PER_BAR),

@@ -24,7 +24,7 @@ class AligningMoment:
     pneumatic_trail: float  # t, m
     pneumatic_trail_sd: float  # m, of the fit; the calibration of the moment cell is not in it
     slope: float  # dMz/d(slip) = -t C_Fy, N m/rad
-    offset: float  # N m, of the moment where the side force without its offset is zero
+    offset: float  # N m, of the moment where the lateral force without its offset is zero
     r_squared: float  # of the block means
     at_zero: tuple[float, float]  # moment at zero recorded slip and its standard deviation, N m
 
@@ -90,10 +90,10 @@ def fit_aligning_moment(
 ) -> AligningMoment | None:
     """Fit Mz = offset - t F with a trail t that shrinks with slip, round or peaked at zero slip.
 
-    The side force F is the measured one without its offset; the slip in t lags like the force does. Near zero slip the
-    moment vanishes with the force, so the trail there rests on the law by which it falls. Each of :data:`TRAIL_LAWS`
-    counts by its likelihood, and what they differ by is in the standard deviation. So is that of the slope of the
-    force there, by which the moment is divided.
+    The lateral force F is the measured one without its offset; the slip in t lags like the force does. Near zero slip
+    the moment vanishes with the force, so the trail there rests on the law by which it falls. Each of
+    :data:`TRAIL_LAWS` counts by its likelihood, and what they differ by is in the standard deviation. So is that of the
+    slope of the force there, by which the moment is divided.
     """
     if blocks.moment is None:
         return None
@@ -126,7 +126,7 @@ def fit_aligning_moment(
 
 @dataclass(frozen=True)
 class ForceAtZero:
-    """Side force at zero slip and its slope, over the laws of the side force that are possible."""
+    """Lateral force at zero slip and its slope, over the laws of the lateral force that are possible."""
 
     stiffness: float  # C_Fy, N/rad
     stiffness_sd: float  # N/rad, of the fit and of what the laws differ by
@@ -135,10 +135,10 @@ class ForceAtZero:
     brush_weight: float  # probability of the laws with a brush, 0 to 1
 
 
-def weigh_side_force_laws(
+def weigh_lateral_force_laws(
     model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolution, *, brushes: bool
 ) -> ForceAtZero:
-    """Slope of the side force at zero slip, whether it is that of the Magic Formula, of a brush or between them.
+    """Slope of the lateral force at zero slip, whether it is that of the Magic Formula, of a brush or between them.
 
     The slope of a brush falls in proportion to |slip|. A Magic Formula has no such kink, fits it almost as well, and is
     then 7 % less steep at zero slip. Each law counts by its likelihood, as those of the trail do. Without ``brushes``
@@ -168,7 +168,7 @@ def weigh_side_force_laws(
 
 
 def _force_at_zero(solution: sweep_curve.SweepSolution) -> tuple[float, float]:
-    """Steady side force at zero recorded slip (N) and its variance (N^2), of one law."""
+    """Steady lateral force at zero recorded slip (N) and its variance (N^2), of one law."""
     values, share = solution.values, solution.values["brush_share"]
     zero, by = _steady_force(np.zeros(1), values["cornering_stiffness"], values)
     brush, by_brush = sweep_curve.brush_force(
@@ -182,7 +182,7 @@ def _force_at_zero(solution: sweep_curve.SweepSolution) -> tuple[float, float]:
 
 
 def _steady_force(slip: Channel, stiffness: float, parameters: dict[str, float]) -> tuple[Channel, NDArray[np.float64]]:
-    """Steady side force over recorded slip without its offset, and its derivatives."""
+    """Steady lateral force over recorded slip without its offset, and its derivatives."""
     shape = {name: parameters[name] for name in ("peak", "shape", "curvature")}
     return sweep_curve.magic_formula(slip=slip + parameters["horizontal_shift"], cornering_stiffness=stiffness, **shape)
 
@@ -190,7 +190,7 @@ def _steady_force(slip: Channel, stiffness: float, parameters: dict[str, float])
 def _curve(
     blocks: sweep_curve.Blocks, time: Channel, rate: Channel, stiffness: float, parameters: dict[str, float]
 ) -> Channel:
-    """Fitted side force (n,), N, at times (n,), s, with its lag and hysteresis, without offset and drift."""
+    """Fitted lateral force (n,), N, at times (n,), s, with its lag and hysteresis, without offset and drift."""
     return sweep_curve.lagged_magic_formula(
         time=time,
         history=blocks.history,
@@ -221,17 +221,17 @@ class SlipSweepFit:
     residual_sd: float  # N, of the samples about the fitted curve
     load: float  # mean measured vertical load, N
     branches: int  # how many stretches between reversals of the slip are fitted
-    samples: int  # how many samples are fitted: settled ones with a side force
-    force_at_zero: tuple[float, float]  # steady side force at zero recorded slip and its standard deviation, N
+    samples: int  # how many samples are fitted: settled ones with a lateral force
+    force_at_zero: tuple[float, float]  # steady lateral force at zero recorded slip and its standard deviation, N
     temperature: float | None  # degrees Celsius, mean; None if not recorded
     aligning_moment: AligningMoment | None  # None where it was not recorded
     notes: tuple[str, ...]  # what a reader of the numbers must know
     sensor_faults: tuple[str, ...]  # also among the ``notes``
     blocks: sweep_curve.Blocks  # block means that were fitted
-    residuals: Channel  # (m,), N, fitted minus measured side force of the settled blocks
+    residuals: Channel  # (m,), N, fitted minus measured lateral force of the settled blocks
 
     def steady_force(self, slip: Channel) -> Channel:
-        """Fitted steady side force, offsets included."""
+        """Fitted steady lateral force, offsets included."""
         force, _ = _steady_force(np.asarray(slip), self.curve_slope, self.parameters)
         return force + self.parameters["vertical_shift"]
 
@@ -243,7 +243,7 @@ def fit_slip_sweep(
     lag_correction: bool = True,
     relaxation_length: float | None = None,
 ) -> SlipSweepFit:
-    """Fit the steady side-force curve of one slip sweep.
+    """Fit the steady lateral force curve of one slip sweep.
 
     The model is Fy(t) = Sv + drift t + MF(slip history + Sh), MF in terms of its slope at zero (C_Fy), seen through
     the first-order lag of Dell'Orto et al., eq. (1). MF is that of the mean load, and follows the measured load in
@@ -270,7 +270,7 @@ def fit_slip_sweep(
     Raises
     ------
     InputError
-        For a recording that is no sweep, whose side force falls with slip, or whose fit does not converge.
+        For a recording that is no sweep, whose lateral force falls with slip, or whose fit does not converge.
     """
     where = str(run.source or run.condition.tyre)
     calibration = calibration or Calibration()
@@ -298,11 +298,11 @@ def fit_slip_sweep(
             f"{where}: the fitted cornering stiffness {slope:.4g} N/rad is far from the slope near zero slip"
         )
     # a lag left in parts the branches so far that the misfit cannot tell the laws apart; a brush is then 9 % too steep
-    at_zero = weigh_side_force_laws(model, solution, brushes=lag_correction or is_steady)
+    at_zero = weigh_lateral_force_laws(model, solution, brushes=lag_correction or is_steady)
     c, fit_sd = at_zero.stiffness, at_zero.stiffness_sd
     if at_zero.brush_weight > 0.5:
         notes.append(
-            f"the side force bends as a brush's does: C is {100 * (c / slope - 1.0):+.1f} % off the slope "
+            f"the lateral force bends as a brush's does: C is {100 * (c / slope - 1.0):+.1f} % off the slope "
             "of the fitted Magic Formula at zero slip"
         )
     load = float(np.nanmean(run.vertical_load))
@@ -343,11 +343,11 @@ def _goodness(
 ) -> tuple[float, float, int]:
     """R^2 and standard deviation of the residuals of the samples (not of the block means)."""
     time, nearest = run.time, np.clip(np.searchsorted(blocks.time, run.time), 0, blocks.time.size - 1)
-    use = np.isfinite(run.side_force) & blocks.settled[nearest]
+    use = np.isfinite(run.lateral_force) & blocks.settled[nearest]
     force = _curve(blocks, time[use], blocks.rate[nearest[use]], c, parameters)
     middle = 0.5 * (blocks.time[0] + blocks.time[-1])
     drift = parameters["drift"] * (time[use] - middle) / (blocks.time[-1] - blocks.time[0])
-    measured = run.side_force[use]
+    measured = run.lateral_force[use]
     residual = measured - force - parameters["vertical_shift"] - drift
     total = float(np.sum((measured - measured.mean()) ** 2))
     return 1.0 - float(residual @ residual) / total, float(np.std(residual)), int(use.sum())
@@ -358,7 +358,7 @@ def _condition_notes(run: RigRun, blocks: sweep_curve.Blocks, load: float, r_squ
     if abs(load / run.condition.load - 1.0) > 0.02:
         notes.append(f"mean measured load {load:.1f} N is {100 * (load / run.condition.load - 1):+.1f} % off nominal")
     if blocks.missing:
-        notes.append(f"{blocks.missing} samples without side force left out")
+        notes.append(f"{blocks.missing} samples without lateral force left out")
     if r_squared < 0.98:
         notes.append(f"R^2 = {r_squared:.4f} is low for a slip sweep")
     reach = np.rad2deg(min(-blocks.slip.min(), blocks.slip.max()))
@@ -370,7 +370,7 @@ def _condition_notes(run: RigRun, blocks: sweep_curve.Blocks, load: float, r_squ
             notes.append(f"camber {np.rad2deg(camber):.2f} deg: the offset Sv contains camber thrust")
 
 
-_READING = {"side_force": "force", "slip_angle": "slip", "gain": "force"}  # of the blocks
+_READING = {"lateral_force": "force", "slip_angle": "slip", "gain": "force"}  # of the blocks
 
 
 @dataclass(frozen=True)
@@ -393,7 +393,7 @@ LIMITS = Limits()
 class Flattening:
     """A channel that reads too little beyond an onset."""
 
-    channel: str  # ``side_force`` or ``slip_angle``
+    channel: str  # ``lateral_force`` or ``slip_angle``
     onset: float  # size of the reading at which it begins, N or rad
     largest: float  # largest reading, N or rad
     share: float  # by how much the largest reading is low, relative
@@ -417,7 +417,7 @@ def find_fault(model: sweep_curve.SweepModel, solution: sweep_curve.SweepSolutio
     steepness = jacobian[:, sweep_curve.NAMES.index("horizontal_shift")]
     before = _fit_column(columns, brush, unexplained)[1]
     faults: list[tuple[float, Flattening | GainBySign]] = []
-    for channel, effect in (("side_force", -1.0), ("slip_angle", steepness)):
+    for channel, effect in (("lateral_force", -1.0), ("slip_angle", steepness)):
         reading = getattr(model.blocks, _READING[channel])[model.blocks.settled]
         largest = float(np.max(np.abs(reading)))
         onsets = [q for q in LIMITS.onsets if np.count_nonzero(np.abs(reading) > q * largest) >= LIMITS.fewest]
@@ -492,7 +492,7 @@ def _bent_fit(
         covariance, dof = correlated_covariance(columns / scale, residual)
         return size / (float(np.sqrt(covariance[-1, -1])) / float(scale[-1])), dof
 
-    if channel == "side_force":
+    if channel == "lateral_force":
         true = np.abs((residual + blocks.force[used] - size * columns[:, -1]) / largest)
         missing = size * np.abs(_bend(true, onset))
         share = float(missing[np.argmax(true)] / true.max())
@@ -518,13 +518,13 @@ def without_faults(
                 f"about {100 * abs(fault.difference):.1f} %; the cornering stiffness is that of their mean"
             ],
         )
-    unit, factor = ("N", 1.0) if fault.channel == "side_force" else ("deg", 180.0 / np.pi)
+    unit, factor = ("N", 1.0) if fault.channel == "lateral_force" else ("deg", 180.0 / np.pi)
     text = (
         f"a sensor flattens, most likely that of {fault.channel}: beyond +-{factor * fault.onset:.3g} {unit} it reads "
         f"too little, at least {100 * fault.share:.0f} % at its largest, {factor * fault.largest:.3g} {unit}"
     )
     blocks = model.blocks
-    reading = blocks.force if fault.channel == "side_force" else blocks.slip
+    reading = blocks.force if fault.channel == "lateral_force" else blocks.slip
     inner = replace(model, blocks=replace(blocks, settled=blocks.settled & (np.abs(reading) <= fault.onset)))
     if inner.blocks.settled.sum() < 2 * model.free.sum():
         return model, solution, [f"{text}; too little is left without these samples, so they are used: C is in doubt"]

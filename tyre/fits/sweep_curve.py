@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from tyre.ground.errors import InputError
-from tyre.laws import magic_formula as side_force
+from tyre.laws import magic_formula as lateral_force
 from tyre.recordings.noise import correlated_covariance
 from tyre.recordings.recording import Channel, RigRun
 from tyre.recordings.signal_quality import noise_level
@@ -33,7 +33,7 @@ def magic_formula(
     eqs. 4 and 5).
     """
     u = cornering_stiffness / (shape * peak) * slip
-    curve = side_force.magic_formula_derivatives(u, shape_factor=shape, curvature_factor=curvature)
+    curve = lateral_force.magic_formula_derivatives(u, shape_factor=shape, curvature_factor=curvature)
     derivatives = [
         curve.by_slip * cornering_stiffness / shape,
         curve.by_slip * slip / shape,
@@ -57,7 +57,7 @@ def lagged_magic_formula(
     lag: float,
     hysteresis: float,
 ) -> tuple[Channel, NDArray[np.float64]]:
-    """Side force on the steady curve at a slip that lags, (lag) dx/dt + x = slip (Pacejka 2012, ch. 7).
+    """Lateral force on the steady curve at a slip that lags, (lag) dx/dt + x = slip (Pacejka 2012, ch. 7).
 
     ``history`` is the recorded slip of :func:`interpolate_slip`.
     """
@@ -70,7 +70,7 @@ def lagged_magic_formula(
 
 
 def brush_force(*, slip: Channel, cornering_stiffness: float, peak: float) -> tuple[Channel, NDArray[np.float64]]:
-    """Side force (n,), N, of a brush, with derivatives (3, n) by slip, cornering stiffness (N/rad) and peak (N).
+    """Lateral force (n,), N, of a brush, with derivatives (3, n) by slip, cornering stiffness (N/rad) and peak (N).
 
     F = D (1 - (1 - C |tan x| / (3 D))^3) up to full sliding, then D (Pacejka, *Tire and Vehicle Dynamics*, 3rd ed.,
     section 3.2). Its slope falls in proportion to |x| from zero slip on; no Magic Formula has a slope with such a kink.
@@ -110,16 +110,16 @@ class Blocks:
 
     time: Channel  # (m,), s; with a recorded speed, travelled distance over mean speed
     slip: Channel  # (m,), rad
-    force: Channel  # (m,), N, side force
+    force: Channel  # (m,), N, lateral force
     moment: Channel | None  # (m,), N m, aligning moment; None if not recorded
     heavier: Channel  # load over its mean less one, as far as it stands out of the noise of the load cell
     branch: NDArray[np.int64]  # (m,), number of the stretch between two reversals, from 0
     rate: Channel  # (m,), rad/s, d(slip)/dt of the branch
     settled: NDArray[np.bool_]  # (m,), rolled more than 0.5 m since the reversal: only these are fitted
     speed: float | None  # m/s, mean; None if neither recorded nor stated
-    missing: int  # samples without side force
+    missing: int  # samples without lateral force
     first: NDArray[np.int64]  # (m,), first sample of each block
-    size: NDArray[np.int64]  # (m,), samples of each block, those without side force included
+    size: NDArray[np.int64]  # (m,), samples of each block, those without lateral force included
     points: bool = False  # settled points, few and far apart
 
     @cached_property
@@ -151,14 +151,14 @@ def block_means(run: RigRun) -> Blocks:
     where = str(run.source or run.condition.tyre)
     edges = slip_reversals(run)
     slip = _fill_gaps(run.slip_angle, run.time, f"{where}: slip_angle")
-    valid = np.isfinite(run.side_force)
+    valid = np.isfinite(run.lateral_force)
     if valid.mean() < 0.8:
-        raise InputError(f"{where}: {100.0 * (1.0 - valid.mean()):.0f} % of the side force is missing; 20 % may be")
+        raise InputError(f"{where}: {100.0 * (1.0 - valid.mean()):.0f} % of the lateral force is missing; 20 % may be")
     clock, speed = _clock(run)
     starts, branch, rate = [], [], []
     for number, (low, high) in enumerate(itertools.pairwise(edges)):
         change = slip[high - 1] - slip[low]
-        # the side force is straight within 0.1 deg
+        # the lateral force is straight within 0.1 deg
         count = int(np.clip(round(abs(change) / np.deg2rad(0.1)), 1, high - low))
         starts.append(low + (np.arange(count) * (high - low)) // count)
         branch.append(np.full(count, number))
@@ -180,7 +180,7 @@ def block_means(run: RigRun) -> Blocks:
     return Blocks(
         time=mean(clock),
         slip=mean(slip),
-        force=mean(run.side_force),
+        force=mean(run.lateral_force),
         moment=moment,
         heavier=load_wander(run.vertical_load, mean(run.vertical_load), size[usable]),
         branch=owner[usable],
@@ -209,7 +209,7 @@ def point_blocks(run: RigRun) -> Blocks:
     return Blocks(
         time=run.time,
         slip=run.slip_angle,
-        force=run.side_force,
+        force=run.lateral_force,
         moment=moment if moment is not None and np.isfinite(moment).mean() > 0.8 else None,
         heavier=run.vertical_load / run.vertical_load.mean() - 1.0,
         branch=np.zeros(count, int),
@@ -234,11 +234,11 @@ def load_wander(load: Channel, means: Channel, size: NDArray[np.int64]) -> Chann
 
 
 def samples_used(run: RigRun, blocks: Blocks) -> NDArray[np.bool_]:
-    """Mark the samples of a sweep that stand in the fitted block means: settled ones with a side force."""
+    """Mark the samples of a sweep that stand in the fitted block means: settled ones with a lateral force."""
     used = np.zeros(run.time.size, bool)
     for first, size in zip(blocks.first[blocks.settled], blocks.size[blocks.settled], strict=True):
         used[first : first + size] = True
-    return used & np.isfinite(run.side_force)
+    return used & np.isfinite(run.lateral_force)
 
 
 def _clock(run: RigRun) -> tuple[Channel, float | None]:
@@ -292,7 +292,7 @@ LOW, HIGH = (np.array([limits[end] for limits in BOUNDS.values()]) for end in (0
 
 @dataclass(frozen=True)
 class SweepModel:
-    """Side force of the settled blocks of a sweep as a function of the scaled parameters ``NAMES``."""
+    """Lateral force of the settled blocks of a sweep as a function of the scaled parameters ``NAMES``."""
 
     blocks: Blocks  # all of the sweep; the settled ones are fitted
     free: NDArray[np.bool_]  # (10,), True for a fitted parameter; the others stay at ``start``
@@ -314,7 +314,7 @@ class SweepModel:
         return full
 
     def residuals(self, scaled: Channel) -> tuple[Channel, NDArray[np.float64]]:
-        """Computed minus measured side force (m,), N, of the settled blocks, and derivatives (m, 10) by ``scaled``."""
+        """Computed minus measured lateral force (m,), N, of settled blocks; derivatives (m, 10) by ``scaled``."""
         blocks, used = self.blocks, self.blocks.settled
         named = dict(zip(NAMES, scaled, strict=True))
         middle = 0.5 * (blocks.time[0] + blocks.time[-1])
@@ -410,7 +410,7 @@ def _line_near_zero(blocks: Blocks, where: str) -> tuple[float, float]:
     slope, level = np.polyfit(blocks.slip[near_zero], blocks.force[near_zero], 1)
     if slope <= 0.0:
         raise InputError(
-            f"{where}: the side force falls with slip ({np.deg2rad(slope):.3g} N/deg after conversion from "
+            f"{where}: the lateral force falls with slip ({np.deg2rad(slope):.3g} N/deg after conversion from "
             "the declared axes); check axes = ISO / SAE / adapted SAE"
         )
     return float(slope), level
@@ -427,7 +427,7 @@ class SweepSolution:
     sd: dict[str, float]  # nan if a value rests on a bound, 0 if it is not fitted
     covariance: NDArray[np.float64]  # (10, 10), SI units; zero for a parameter that is not fitted or rests on a bound
     dof: float  # degrees of freedom behind the covariance
-    residuals: Channel  # (m,), computed minus measured side force of the settled blocks, N
+    residuals: Channel  # (m,), computed minus measured lateral force of the settled blocks, N
     settled: bool  # false where the search stopped before it converged
     numbers: int  # fitted parameters
 

@@ -1,9 +1,9 @@
 """Rig recordings in TYDEX, read and written.
 
 TYDEX W-axes are ISO axes, so signs are turned on the way. W-channels are read first; if a file has only H-axes
-(wheel-parallel to the road), these serve for side force, load and aligning moment, and the recording's notes say so.
-Names of our own, all allowed by the format: ``RIMDISPW`` (lateral displacement of the rim in a pull test, beside
-``LATDISPW`` of the plate), ``DRUMRAD`` (radius of the drum), ``TESTKIND``, ``RIMIDENT``, ``DATAORIG``.
+(wheel-parallel to the road), these serve for lateral force, load and aligning moment, and the recording's notes say so.
+Names of our own, all allowed by the format: ``RIMDISPW`` (lateral displacement of the rim in a lateral stiffness test,
+beside ``LATDISPW`` of the plate), ``DRUMRAD`` (radius of the drum), ``TESTKIND``, ``RIMIDENT``, ``DATAORIG``.
 """
 
 from dataclasses import replace
@@ -16,14 +16,14 @@ from tyre.formats.tydex import ChannelEntry, Entry, TydexDocument, document_text
 from tyre.ground.errors import InputError, read_number
 from tyre.ground.files import write_text
 from tyre.ground.units import PASCAL_PER_BAR, find_unit
-from tyre.recordings.recording import CHANNELS, Channel, Condition, PullTest, RigRun, check_condition, signs
+from tyre.recordings.recording import CHANNELS, Channel, Condition, LateralStiffnessTest, RigRun, check_condition, signs
 from tyre.recordings.run_checks import TOLERANCES
 
 # channel -> TYDEX names in order of preference, description, unit as written
 _TYDEX = {
     "time": (("RUNTIME",), "Running time", "s"),
     "slip_angle": (("SLIPANGL",), "Slip angle", "deg"),
-    "side_force": (("FYW", "FYH"), "Lateral force, W-axes", "N"),
+    "lateral_force": (("FYW", "FYH"), "Lateral force, W-axes", "N"),
     "vertical_load": (("FZW", "FZH"), "Vertical force, W-axes", "N"),
     "aligning_moment": (("MZW", "MZH"), "Aligning moment, W-axes", "Nm"),
     "inclination": (("INCLANGL",), "Inclination angle", "deg"),
@@ -33,7 +33,7 @@ _TYDEX = {
     "plate_displacement": (("LATDISPW",), "Lateral displacement, plate", "mm"),
     "rim_displacement": (("RIMDISPW",), "Lateral displacement, rim", "mm"),
 }
-_PULL_CHANNELS = ("time", "side_force", "plate_displacement", "rim_displacement")
+_PULL_CHANNELS = ("time", "lateral_force", "plate_displacement", "rim_displacement")
 
 
 def read_tydex(path: Path) -> tuple[dict[str, Channel], Sidecar, list[str]]:
@@ -60,7 +60,7 @@ def read_tydex(path: Path) -> tuple[dict[str, Channel], Sidecar, list[str]]:
     return channels, sidecar, notes
 
 
-def write_tydex(recording: RigRun | PullTest, path: str | Path) -> None:
+def write_tydex(recording: RigRun | LateralStiffnessTest, path: str | Path) -> None:
     """Write a recording as a ``.tdx`` file of TYDEX 1.3 in ISO W-axes, whatever axes it was recorded in."""
     path = Path(path)
     if path.suffix.casefold() != ".tdx":
@@ -214,7 +214,7 @@ def _check_flat(document: TydexDocument, notes: list[str]) -> None:
         notes.append("no constant names the surface (TRCKSURF, DRUMRAD): taken as flat")
 
 
-def _constants(recording: RigRun | PullTest) -> list[Entry]:
+def _constants(recording: RigRun | LateralStiffnessTest) -> list[Entry]:
     condition = recording.condition
     bar, speed = condition.pressure / PASCAL_PER_BAR, condition.speed
     camber = None if getattr(recording, "inclination", None) is not None else np.rad2deg(condition.camber)
@@ -223,7 +223,7 @@ def _constants(recording: RigRun | PullTest) -> list[Entry]:
         ("FNOMIN", "Nominal vertical load", "N", condition.load),
         ("NOMPRES", "Nominal inflation pressure", "bar", bar),
         ("TRCKSURF", "Surface of track", "", condition.surface),
-        ("TESTKIND", "Kind of test", "", recording.kind if isinstance(recording, RigRun) else "pull_test"),
+        ("TESTKIND", "Kind of test", "", recording.kind if isinstance(recording, RigRun) else "lateral_stiffness"),
         ("DRUMRAD", "Radius of the drum", "m", condition.drum_radius),
         ("RIMIDENT", "Identity of the rim", "", condition.rim),
         ("LONGVEL", "Longitudinal velocity", "km/h", None if speed is None else speed * 3.6),

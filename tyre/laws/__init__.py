@@ -7,8 +7,8 @@ __getattr__, __dir__ = room(
     {
         "magic_formula": (
             "cornering_stiffness",
-            "normalised_side_force",
-            "normalised_side_force_slope",
+            "normalised_lateral_force",
+            "normalised_lateral_force_slope",
         ),
         "pacejka89": (
             "Pacejka89",

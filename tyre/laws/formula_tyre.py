@@ -49,14 +49,16 @@ class FormulaTyre(TyreSource):
         return (*table_doubts(load, positive, where=self.label), *negative_quantities(load, values))
 
     @abstractmethod
-    def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0) -> Array:
-        """Side force (N) of the whole curve, > 0 to the right for a slip angle (rad) > 0; refused if none is held."""
+    def lateral_force(
+        self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
+    ) -> Array:
+        """Lateral force (N) of the whole curve, > 0 to the right for a slip angle (rad) > 0; refused without one."""
 
     @abstractmethod
     def aligning_moment(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
     ) -> Array:
-        """Aligning moment (N m) of the whole curve, > 0 turns the wheel to the right; refused if none is held."""
+        """Aligning moment (N m) of the whole curve, > 0 turns the wheel to the right; refused without one."""
 
     def assuming(self, relative_sd: float, /) -> Self:
         """Return the same tyre with an assumed uncertainty."""

@@ -1,4 +1,4 @@
-"""The Magic Formula of the side force, and the coefficients of MF6.1 for small slip and camber."""
+"""The Magic Formula of the lateral force, and the coefficients of MF6.1 for small slip and camber."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -44,7 +44,7 @@ def magic_formula_derivatives(
     )
 
 
-def normalised_side_force(
+def normalised_lateral_force(
     slip_angle: ArrayLike,
     *,
     stiffness_factor: ArrayLike,
@@ -54,7 +54,7 @@ def normalised_side_force(
     vertical_shift: ArrayLike = 0.0,
     horizontal_shift: ArrayLike = 0.0,
 ) -> Array:
-    """Return the side force over the vertical load, Fy/Fz.
+    """Return the lateral force over the vertical load, Fy/Fz.
 
     Fy/Fz = D sin{C atan[B x - E (B x - atan(B x))]} + Sv with x = slip angle + Sh (the horizontal shift is Pacejka's).
     """
@@ -66,7 +66,7 @@ def normalised_side_force(
     return np.asarray(np.asarray(peak_factor) * curve + np.asarray(vertical_shift), dtype=np.float64)
 
 
-def normalised_side_force_slope(
+def normalised_lateral_force_slope(
     slip_angle: ArrayLike,
     *,
     stiffness_factor: ArrayLike,

@@ -57,24 +57,24 @@ class Pacejka89:
     label: str  # what the authors call the set
     pressure: float  # Pa
     load_max: float  # largest vertical load (N) for which the authors use the set
-    side_force_coefficients: tuple[float, ...]  # a0 ... a13, side force in N
+    lateral_force_coefficients: tuple[float, ...]  # a0 ... a13, lateral force in N
     aligning_moment_coefficients: tuple[float, ...] | None = None  # c0 ... c17, aligning moment in N m
     slip_unit: str = "deg"  # unit of slip inside the formula
-    # a112, N/(deg kN^2): side force of camber with the square of the load, which sets with a111 in place of a11 have
+    # a112, N/(deg kN^2): lateral force of camber with the square of the load, which sets with a111 in place of a11 have
     camber_by_square: float = 0.0
-    # K_y of a pull test at this pressure, N/m, which no formula of slip holds; None if not known
+    # K_y of a lateral stiffness test at this pressure, N/m, which no formula of slip holds; None if not known
     lateral_stiffness: float | None = None
 
     def __post_init__(self) -> None:
-        for letter, numbers in (("a", self.side_force_coefficients), ("c", self.aligning_moment_coefficients or ())):
+        for letter, numbers in (("a", self.lateral_force_coefficients), ("c", self.aligning_moment_coefficients or ())):
             for place, value in enumerate(numbers):
                 if not abs(value) <= LARGEST:
                     raise InputError(
                         f"{self.label}: {letter}{place} = {value:g} must be a number up to {LARGEST:g} in size"
                     )
 
-    def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
-        """Side force."""
+    def lateral_force(self, *, slip_angle: ArrayLike, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
+        """Lateral force."""
         return self._lateral(self._check_load(load), camber).value(self._slip(slip_angle))
 
     def aligning_moment(self, *, slip_angle: ArrayLike, load: ArrayLike, camber: ArrayLike = 0.0) -> Array:
@@ -83,7 +83,11 @@ class Pacejka89:
 
     def linear(self, *, load: ArrayLike) -> dict[str, Array]:
         """Return the slopes near straight running, over camber the mean of both sides; the load is not checked."""
-        fz, unit, a = np.asarray(load, dtype=np.float64) / 1e3, SLIP_UNITS[self.slip_unit], self.side_force_coefficients
+        fz, unit, a = (
+            np.asarray(load, dtype=np.float64) / 1e3,
+            SLIP_UNITS[self.slip_unit],
+            self.lateral_force_coefficients,
+        )
         slope = self._lateral(fz, 0.0).gradient
         by_camber = slope * a[8] + a[11] * fz + self.camber_by_square * fz**2
         quantities = {"cornering_stiffness": slope / unit, "camber_stiffness": by_camber / DEGREE}
@@ -113,7 +117,7 @@ class Pacejka89:
         return force / 1e3
 
     def _lateral(self, fz: Array, camber: ArrayLike) -> _Formula:
-        a, lean = self.side_force_coefficients, np.asarray(camber, dtype=np.float64) / DEGREE
+        a, lean = self.lateral_force_coefficients, np.asarray(camber, dtype=np.float64) / DEGREE
         return _Formula(
             shape=a[0],
             peak=a[1] * fz**2 + a[2] * fz,
@@ -164,9 +168,13 @@ class Pacejka89Tyre(FormulaTyre):
             pressure_range=(self.sets[0].pressure, self.sets[-1].pressure),
         )
 
-    def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0) -> Array:
-        """Side force."""
-        return self._interpolate(pressure, lambda fit: fit.side_force(slip_angle=slip_angle, load=load, camber=camber))
+    def lateral_force(
+        self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
+    ) -> Array:
+        """Lateral force."""
+        return self._interpolate(
+            pressure, lambda fit: fit.lateral_force(slip_angle=slip_angle, load=load, camber=camber)
+        )
 
     def aligning_moment(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
@@ -219,7 +227,7 @@ class Pacejka89Tyre(FormulaTyre):
 
 
 KIND, CHRONO = "pacejka89", "Lateral Coefficients"
-SIDE, MOMENT, SQUARE = "side_force", "aligning_moment", "camber_by_square"
+SIDE, MOMENT, SQUARE = "lateral_force", "aligning_moment", "camber_by_square"
 COUNT = {SIDE: 14, MOMENT: 18}
 # other spellings of keys, in small letters
 KEYS = {
@@ -268,7 +276,7 @@ FILE = table(
         maybe("slip_unit"): text("is neither 'deg' nor 'rad'", allowed=tuple(SLIP_UNITS)),
         maybe("note", []): _notes,
         needed(
-            "set", "no coefficients found; write side_force = [...], or [[set]] and its coefficients below it"
+            "set", "no coefficients found; write lateral_force = [...], or [[set]] and its coefficients below it"
         ): list_of(SET, "must be tables: write [[set]] and its coefficients below it", least=1, strict=False),
     }
 )
@@ -287,7 +295,7 @@ def check_coefficients(fit: Pacejka89) -> None:
     for load in (load for load in LOADS if load <= fit.load_max):
         with np.errstate(all="ignore"):  # values that are not finite are refused
             slopes = fit.linear(load=load)
-            forces = fit.side_force(slip_angle=np.array([-10.0, -4.0, 4.0, 10.0]) * DEGREE, load=load)
+            forces = fit.lateral_force(slip_angle=np.array([-10.0, -4.0, 4.0, 10.0]) * DEGREE, load=load)
         stiffness, friction = float(slopes["cornering_stiffness"]) * DEGREE, float(np.abs(forces).max()) / load
         (low, high), most = (limit * load for limit in LIMITS["stiffness per load"]), LIMITS["friction"][1]
         trail, longest = float(slopes.get("pneumatic_trail", np.nan)) * 1e3, LIMITS["trail"][1] * 1e3
@@ -299,10 +307,13 @@ def check_coefficients(fit: Pacejka89) -> None:
             ),
             (
                 forces[1] < 0.0 < forces[2],
-                f"side force at {load:g} N is {forces[1]:.4g} N at -4 deg, {forces[2]:.4g} N "
+                f"lateral force at {load:g} N is {forces[1]:.4g} N at -4 deg, {forces[2]:.4g} N "
                 "at +4 deg; its sign must follow the slip",
             ),
-            (friction <= most, f"side force at {load:g} N reaches {friction:.3g} times the load, allowed is {most:g}"),
+            (
+                friction <= most,
+                f"lateral force at {load:g} N reaches {friction:.3g} times the load, allowed is {most:g}",
+            ),
             (
                 0.0 < trail < longest or "pneumatic_trail" not in slopes,
                 f"pneumatic trail at {load:g} N is {trail:.3g} mm, allowed are 0 to {longest:g} mm",
@@ -314,8 +325,8 @@ def check_coefficients(fit: Pacejka89) -> None:
 
 def doubts_about(fit: Pacejka89) -> list[str]:
     """Return a note on shape and peak that the data did not settle, if there is anything to say."""
-    shape, load = fit.side_force_coefficients[0], 0.4  # kN, of a bicycle's wheel
-    peak = (fit.side_force_coefficients[1] * load + fit.side_force_coefficients[2]) / 1e3
+    shape, load = fit.lateral_force_coefficients[0], 0.4  # kN, of a bicycle's wheel
+    peak = (fit.lateral_force_coefficients[1] * load + fit.lateral_force_coefficients[2]) / 1e3
     unusual = [
         f"{name} = {value:.4g}{at} (usual {LIMITS[name][0]:g} to {LIMITS[name][1]:g})"
         for name, value, at in (("C", shape, ""), ("D", peak, " times the load at 400 N"))
@@ -356,7 +367,7 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
             label=", ".join(filter(None, (tyre, entry["label"]))),
             pressure=entry["pressure_kPa"] * 1e3,
             load_max=keys.get("load_max_N", float("inf")),
-            side_force_coefficients=tuple(entry[SIDE]),
+            lateral_force_coefficients=tuple(entry[SIDE]),
             aligning_moment_coefficients=tuple(entry[MOMENT]) if MOMENT in entry else None,
             slip_unit=keys.get("slip_unit", "deg"),
             camber_by_square=entry[SQUARE],

@@ -137,7 +137,7 @@ NEW, OLD, EITHER = (60.0, 61.0, 62.0), (5.0, 6.0, 21.0, "PAC2002", "MF05", "MFTY
 MOTORCYCLE = ("PACMC", "MFMCTYRE")
 PRESSURES = ("NOMPRES", "IP_NOM", "INFLPRES", "IP")
 # coefficients that velotyre's quantities depend on in one law or another
-OF_SIDE_FORCE = re.compile(r"(P[CDEKHV]Y|PP[YZ]|PTY|Q[BCDEH]Z|QSX|PPMX)\d+")
+OF_LATERAL_FORCE = re.compile(r"(P[CDEKHV]Y|PP[YZ]|PTY|Q[BCDEH]Z|QSX|PPMX)\d+")
 LEAST_CHANGE = {"cornering stiffness": 0.005, "moment of camber": 0.02}  # relative, by shifts, that is worth a word
 LATER = ("PKY4", "PKY5", "PKY6", "PKY7")  # coefficients that MF-Tyre 5.2 does not have
 
@@ -212,8 +212,9 @@ class TirTyre(FormulaTyre):
     file : TirText
         The file as it stands; its comments ``TYRE`` and ``SURFACE`` name the tyre, if there are any.
     camber_moment : str
-        Moment of a leaning tyre of MF-Tyre 6.1 and 6.2: ``software`` takes -t times the side force without camber, as
-        the programs do that write such files (Pacejka 2012, 4.E32, 4.E74); ``book`` takes -t times the whole (4.E49).
+        Moment of a leaning tyre of MF-Tyre 6.1 and 6.2: ``software`` takes -t times the lateral force without camber,
+        as the programs do that write such files (Pacejka 2012, 4.E32, 4.E74); ``book`` takes -t times the whole
+        (4.E49).
     coefficients : Coefficients
         In SI units, signs as in the file.
     """
@@ -257,13 +258,13 @@ class TirTyre(FormulaTyre):
     def notes(self) -> tuple[str, ...]:  # type: ignore[override]
         """Notes that a reader of any value must be told."""
         model, file, any_pressure = self.coefficients, self.file, self.pressure_range[1] == inf
-        unused = [n for n, v in file.values.items() if v and OF_SIDE_FORCE.fullmatch(n) and n not in model.values]
+        unused = [n for n, v in file.values.items() if v and OF_LATERAL_FORCE.fullmatch(n) and n not in model.values]
         changes = zip(LEAST_CHANGE.items(), model.change_by_shifts, strict=True)
         shifted = [f"{name} {100 * by:+.1f} %" for (name, least), by in changes if abs(by) > least]
         leans = model.version == "6.1" and model.has("PKY6", "PKY7") and model.has("QDZ1", "QDZ2")
-        trail, other_choice = ("the side force without camber (4.E32, 4.E74)", "book")
+        trail, other_choice = ("the lateral force without camber (4.E32, 4.E74)", "book")
         if model.camber_in_trail:
-            trail, other_choice = "the whole side force (4.E49)", "software"
+            trail, other_choice = "the whole lateral force (4.E49)", "software"
         names_model = bool({"FITTYP", "PROPERTY_FILE_FORMAT"} & set(file.values))
         length_from_stiffness = model.old and model["PTY1"] <= 0 and isfinite(model["LATERAL_STIFFNESS"])
         no_pressure = self.default_pressure is not None and any_pressure
@@ -276,8 +277,8 @@ class TirTyre(FormulaTyre):
             ),
             (
                 model.version == "motorcycle",
-                "coefficients of a motorcycle tyre: side force after Pacejka (2012), chapter 11; its moments are not "
-                "taken",
+                "coefficients of a motorcycle tyre: lateral force after Pacejka (2012), chapter 11; its moments are "
+                "not taken",
             ),
             (
                 model["PKY1"] > 0,
@@ -322,10 +323,12 @@ class TirTyre(FormulaTyre):
         """Return the quantities of the file at many conditions; nothing is checked."""
         return self.coefficients.linear(load=load, pressure=pressure)
 
-    def side_force(self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0) -> Array:
-        """Side force of the whole curve, N; adapted SAE signs."""
+    def lateral_force(
+        self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
+    ) -> Array:
+        """Lateral force of the whole curve, N; adapted SAE signs."""
         with self._named():
-            return self.coefficients.side_force(slip_angle=slip_angle, load=load, pressure=pressure, camber=camber)
+            return self.coefficients.lateral_force(slip_angle=slip_angle, load=load, pressure=pressure, camber=camber)
 
     def aligning_moment(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0

@@ -1,4 +1,5 @@
-"""Laws of MF-Tyre 5.2, 6.1/6.2 and of motorcycle tyres: side force and aligning moment from the coefficients of a file.
+"""Laws of MF-Tyre 5.2, 6.1/6.2 and of motorcycle tyres: lateral force and aligning moment from the coefficients of a
+file.
 
 Sources: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), section 4.3.2 (6.1) and chapter 11 (motorcycle tyres); 2nd
 ed. (2006), section 4.3.2 (5.2). Pure side slip, no turn slip, forward motion.
@@ -119,7 +120,7 @@ class Coefficients:
         return cornering / (length * self["LFZO"] * self["LSGAL"])
 
     def _camber_stiffness(self, load: ArrayLike, pressure: ArrayLike) -> Array:
-        """Side force per camber at zero slip in the axes of the file (K_y gamma 0), N/rad."""
+        """Lateral force per camber at zero slip in the axes of the file (K_y gamma 0), N/rad."""
         force, dfz, dpi = self._relative(load, pressure)
         if self.old:
             slope = self.cornering_stiffness(load=load, pressure=pressure) * self.side
@@ -162,14 +163,14 @@ class Coefficients:
 
     @property
     def curved(self) -> bool:
-        """True if the file holds the whole curve of the side force, not only its slope."""
+        """True if the file holds the whole curve of the lateral force, not only its slope."""
         shaped = self["PCY2"] > 0 or self.version != "motorcycle"
         return self["PCY1"] > 0 and self["PDY1"] > 0 and shaped
 
-    def side_force(
+    def lateral_force(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: ArrayLike, camber: ArrayLike = 0.0
     ) -> Array:
-        """Side force, N, adapted SAE (> 0 to the right for a slip angle > 0); slip angle and camber in rad."""
+        """Lateral force, N, adapted SAE (> 0 to the right for a slip angle > 0); slip angle and camber in rad."""
         return np.asarray(self.side * self._force(slip_angle, load, pressure, camber).value)
 
     def aligning_moment(
@@ -203,10 +204,10 @@ class Coefficients:
         return np.asarray(self.side * (residual - trail * force))
 
     def _force(self, slip_angle: ArrayLike, load: ArrayLike, pressure: ArrayLike, camber: ArrayLike) -> "_Force":
-        """Evaluate the side force in the axes of the file: 4.E19 to 4.E30, for motorcycle tyres chapter 11."""
+        """Evaluate the lateral force in the axes of the file: 4.E19 to 4.E30, for motorcycle tyres chapter 11."""
         if not self.curved:
             names = "PCY1, PDY1, PCY2" if self.version == "motorcycle" else "PCY1, PDY1"
-            raise InputError(f"it holds no curve of the side force ({names}), only its slope")
+            raise InputError(f"it holds no curve of the lateral force ({names}), only its slope")
         motorcycle, new = self.version == "motorcycle", self.version == "6.1"
         slope = self.side * self.cornering_stiffness(load=load, pressure=pressure, camber=camber)
         by_camber = self._camber_stiffness(load, pressure)
@@ -245,7 +246,7 @@ class Coefficients:
         at = {"load": np.array([self.nominal_load]), "pressure": np.array([self["NOMPRES"]])}
         shifts = ("PHY1", "PHY2", "PVY1", "PVY2", "QHZ1", "QHZ2", "QDZ6", "QDZ7")
         straight, changes = replace(self, values={k: v for k, v in self.values.items() if k not in shifts}), []
-        for curve, angle in (("side_force", "slip_angle"), ("aligning_moment", "camber")):
+        for curve, angle in (("lateral_force", "slip_angle"), ("aligning_moment", "camber")):
             slopes = []
             for law in (self, straight):
                 try:
@@ -259,11 +260,11 @@ class Coefficients:
 
 @dataclass(frozen=True)
 class _Force:
-    """A side force in the axes of the file, and what the moment takes from it."""
+    """A lateral force in the axes of the file, and what the moment takes from it."""
 
-    value: Array  # N, the side force
+    value: Array  # N, the lateral force
     slip: Array  # rad; its tangent under 6.1
-    away: Array  # slip from where the side force is zero
+    away: Array  # slip from where the lateral force is zero
     slope: Array  # N/rad, at zero slip
     peak: Array  # N, D of the formula
 

@@ -339,7 +339,7 @@ def no_tyre(tyre: str, available: Iterable[str], more: str = "") -> InputError:
 
 
 def find_table(tyre: str, *, surface: str, folder: Traversable | None = None) -> MeasuredTable:
-    """Return the table of a tyre on a surface, checked against those it shares pull tests with."""
+    """Return the table of a tyre on a surface, checked against those it shares lateral stiffness tests with."""
     tables = read_folder(folder)
     of_tyre = [table for table in tables if table.tyre == tyre]
     if not of_tyre:

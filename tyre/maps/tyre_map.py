@@ -459,7 +459,7 @@ class TyreMap(TyreSource):
         -------
         JointProperties
             At measured conditions the covariance is the table's own; what its conditions have in common (calibration,
-            shared pull tests) the asked ones have in common too.
+            shared lateral stiffness tests) the asked ones have in common too.
 
         Raises
         ------

@@ -125,8 +125,8 @@ class Band:
 
 
 _FORCES = (
-    (1 / GRAVITY, "load in kg"), (GRAVITY, "side force in kg"), (1e-3, "load in kN"), (1e3, "side force in kN"),
-    (1 / POUND, "load in lbf"), (POUND, "side force in lbf"),
+    (1 / GRAVITY, "load in kg"), (GRAVITY, "lateral force in kg"), (1e-3, "load in kN"), (1e3, "lateral force in kN"),
+    (1 / POUND, "load in lbf"), (POUND, "lateral force in lbf"),
 )  # fmt: skip
 _PULLS = (GRAVITY, "force in kg"), (POUND, "force in lbf"), (1e3, "N/mm or force in kN"), (1 / 25.4, "N/inch")
 BANDS: Mapping[str, Band] = {
@@ -135,7 +135,7 @@ BANDS: Mapping[str, Band] = {
     "relaxation_length": Band("relaxation length", "m", (0.015, 0.6), (0.061, 0.199)),
     "pneumatic_trail": Band("pneumatic trail", "m", (-0.02, 0.1), (0.012, 0.021)),
     # of sweeps whose slip reaches 1 to 15 degrees
-    "largest_force_per_load": Band("largest side force over load", "N/N", (0.01, 1.8), (0.0, 1.2), _FORCES),
+    "largest_force_per_load": Band("largest lateral force over load", "N/N", (0.01, 1.8), (0.0, 1.2), _FORCES),
 }
 
 

@@ -75,7 +75,7 @@ def weighed_scatter(stated_sd: float, squares: float, repeats: float) -> tuple[f
 class Calibration(CommonCalibration):
     """Relative standard uncertainties that the rig's certificates leave, common to a whole campaign."""
 
-    force: float = 0.003  # gain of the side-force cell; 0.003 is 0.3 %
+    force: float = 0.003  # gain of the lateral force cell; 0.003 is 0.3 %
     slip: float = 0.003  # gain of the slip-angle sensor
     displacement: float = 0.002  # gain of the dial gauges
     repeatability: float = 0.01  # of a stiffness from one recording to the next
@@ -92,7 +92,7 @@ Origin = Literal["measured", "interpolated", "extrapolated"]
 
 @dataclass(frozen=True, eq=False)
 class TyreProperties:
-    """Linear side-force properties of one tyre at one load and pressure, with covariance.
+    """Linear lateral force properties of one tyre at one load and pressure, with covariance.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class TyreProperties:
     origin : {"measured", "interpolated", "extrapolated"}
         How the values came about at this load and pressure.
     lateral_stiffness_origin : str
-        How the lateral stiffness of the table came about where no pull test on this surface measured it.
+        How the lateral stiffness of the table came about where no lateral stiffness test on this surface measured it.
     synthetic : bool
         True where no rig measured the tyre.
     cornering_stiffness_sd_stated : bool
@@ -138,7 +138,7 @@ class TyreProperties:
     twisting_stiffness : float or None
         What dMz/d(camber) is beside the moment -t Fy of the camber force, N m/rad, > 0 into the lean.
     overturning_stiffness : float or None
-        -dMx/d(camber) about the point where wheel plane and ground meet, without side force, N m/rad, > 0 where the
+        -dMx/d(camber) about the point where wheel plane and ground meet, without lateral force, N m/rad, > 0 where the
         load moves towards the lean.
     """
 

@@ -21,7 +21,7 @@ class CommonCalibration:
     displacement, and give force = 0.)
     """
 
-    force: float  # gain of the side-force cell; 0.003 is 0.3 %
+    force: float  # gain of the lateral force cell; 0.003 is 0.3 %
     slip: float  # of the slip-angle sensor
     displacement: float  # of the dial gauges
 
@@ -139,9 +139,9 @@ class MeasuredTable:
     cornering_stiffness_dof, lateral_stiffness_dof : ndarray, shape (N,), or None
         Degrees of freedom behind the standard deviations; both or none.
     pneumatic_trail : MeasuredColumn or None
-        Distance of the side force behind the contact centre at zero slip, m.
+        Distance of the lateral force behind the contact centre at zero slip, m.
     camber_stiffness : MeasuredColumn or None
-        Side force per camber at zero slip, N/rad.
+        Lateral force per camber at zero slip, N/rad.
     direct_relaxation_length : mapping of str to MeasuredColumn
         Relaxation length measured by other routes than C_Fy / K_y, by the name of the route, m.
     lateral_stiffness_shared_over : tuple of str
@@ -153,7 +153,8 @@ class MeasuredTable:
     notes : tuple of str
         What a reader of any value must be told.
     lateral_stiffness_origin : str
-        How the lateral stiffness came about, in words, where it was not measured in a pull test on this surface.
+        How the lateral stiffness came about, in words, where it was not measured in a lateral stiffness test on this
+        surface.
     synthetic : bool
         True where no rig measured this.
     drum_diameter, width : float or None

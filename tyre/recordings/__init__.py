@@ -22,7 +22,7 @@ __getattr__, __dir__ = room(
         ),
         "recording": (
             "Condition",
-            "PullTest",
+            "LateralStiffnessTest",
             "RigRun",
             "check_channels",
             "check_condition",

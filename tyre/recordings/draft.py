@@ -17,7 +17,7 @@ from tyre.ground.units import SI, quantity_of
 _NAMES = {
     "time": r"^t$|^et$|time|zeit|stamp|elapsed|millis|micros|seconds",
     "slip_angle": r"slip|alpha|^sa$|schr(ä|ae)glauf",
-    "side_force": r"\bfy|side.?force|lat.*force|seitenkraft|querkraft",
+    "lateral_force": r"\bfy|side.?force|lat.*force|seitenkraft|querkraft",
     "vertical_load": r"\bfz|load|vert.*force|normal.?force|radlast",
     "aligning_moment": r"\bmz|align|r(ü|ue)ckstell",
     "inclination": r"incl|camber|gamma|sturz|^ia$",
@@ -34,7 +34,7 @@ _NAMES = {
     "yaw_rate": r"yaw.?(rate|vel)|(gyro(scope)?|omega|rate|gyr|w|ang\w*.?vel(ocity)?).?z$|psi.?dot|gier|^r$",
     "lateral_acceleration": r"lat.*acc|acc?(el)?.?y$|^ay$",
     "lean_torque": r"(lean|roll).*(torque|moment)",
-    "lateral_force": r"\bfy|lat.*force",
+    "lateral_push": r"push|\bfy|lat.*force",
 }
 """Channel -> usual names of its column."""
 

@@ -61,8 +61,8 @@ class RigRun:
     condition: Condition  # what the laboratory set and stated
     axes: str  # one of :data:`CONVENTIONS`, in which the file counts; the channels are in adapted SAE
     time: Channel  # (n,), s; of settled points their number
-    slip_angle: Channel  # (n,), rad, positive for a side force to the right
-    side_force: Channel  # (n,), N, positive to the right
+    slip_angle: Channel  # (n,), rad, positive for a lateral force to the right
+    lateral_force: Channel  # (n,), N, positive to the right
     vertical_load: Channel  # (n,), N, positive
     aligning_moment: Channel | None = None  # (n,), N m, positive turns the wheel to the right
     inclination: Channel | None = None  # (n,), rad, positive to the right
@@ -76,15 +76,15 @@ class RigRun:
 
 
 @dataclass(frozen=True)
-class PullTest:
-    """One static lateral pull: ``side_force`` N over ``plate_displacement`` and ``rim_displacement`` m, shape (n,).
+class LateralStiffnessTest:
+    """One static lateral pull: ``lateral_force`` N over ``plate_displacement`` and ``rim_displacement`` m, shape (n,).
 
     The tyre's own deflection is plate minus rim (Dell'Orto et al., eq. 8).
     """
 
     condition: Condition  # what the laboratory set and stated
     axes: str  # one of :data:`CONVENTIONS`, in which the file counts; the channels are in adapted SAE
-    side_force: Channel  # (n,), N, positive to the right
+    lateral_force: Channel  # (n,), N, positive to the right
     plate_displacement: Channel  # (n,), m, positive to the right
     rim_displacement: Channel  # (n,), m, positive to the right
     time: Channel | None = None  # (n,), s
@@ -100,7 +100,7 @@ class PullTest:
     @property
     def complete(self) -> NDArray[np.bool_]:
         """Readings with a force and both displacements, shape (n,): the others are not fitted."""
-        return np.isfinite(self.side_force) & np.isfinite(self.tyre_deflection)
+        return np.isfinite(self.lateral_force) & np.isfinite(self.tyre_deflection)
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ _PER_RADIAN = float(np.rad2deg(1.0))
 CHANNELS = {
     "time": ChannelKind("time", "s"),
     "slip_angle": ChannelKind("angle", "deg", _PER_RADIAN, np.pi / 3, (1.0, -1.0, 1.0)),
-    "side_force": ChannelKind("force", "N", 1.0, 2e4, (-1.0, 1.0, 1.0)),
+    "lateral_force": ChannelKind("force", "N", 1.0, 2e4, (-1.0, 1.0, 1.0)),
     "vertical_load": ChannelKind("force", "N", signs=(1.0, -1.0, 1.0)),  # of a loaded tyre
     "aligning_moment": ChannelKind("moment", "Nm", 1.0, 1e3, (-1.0, 1.0, 1.0)),
     "inclination": ChannelKind("angle", "deg", _PER_RADIAN, np.pi / 3),
@@ -140,9 +140,9 @@ def signs(axes: str, *, where: str = "axes") -> dict[str, float]:
 
 
 def slope_grows(axes: str) -> bool:
-    """Tell if the side force of a sound tyre grows with slip in the raw numbers of a convention."""
+    """Tell if the lateral force of a sound tyre grows with slip in the raw numbers of a convention."""
     turn = signs(axes)
-    return turn["slip_angle"] * turn["side_force"] > 0.0
+    return turn["slip_angle"] * turn["lateral_force"] > 0.0
 
 
 # name of a Condition field -> lowest, highest, factor to the printed unit, printed unit
@@ -171,7 +171,7 @@ _GUESSES: dict[str, tuple[tuple[float, float], Sequence[tuple[float, str]]]] = {
     "slip_angle": ((np.deg2rad(2.0), np.deg2rad(15.0)), _DEGREES),
     "inclination": ((0.0, np.deg2rad(30.0)), _DEGREES),
     "camber": ((0.0, np.deg2rad(30.0)), _DEGREES),
-    "side_force": ((30.0, 1500.0), ((1e-3, "newtons under kN"),)),
+    "lateral_force": ((30.0, 1500.0), ((1e-3, "newtons under kN"),)),
     "plate_displacement": ((5e-4, 0.02), ((1e-3, "millimetres under m"), (1e-6, "micrometres under m"))),
     "rim_displacement": ((1e-5, 0.01), ((1e-3, "millimetres under m"), (1e-6, "micrometres under m"))),
 }
@@ -198,9 +198,9 @@ def check_condition(condition: Condition, *, where: str) -> None:
         raise InputError(f"{where}: a drum needs its radius (drum_radius_m) and a flat track must not have one")
 
 
-def check_channels(recording: RigRun | PullTest, *, where: str) -> None:
+def check_channels(recording: RigRun | LateralStiffnessTest, *, where: str) -> None:
     """Refuse channels that are empty, infinite or beyond what a rig can produce."""
-    samples = len(recording.side_force)
+    samples = len(recording.lateral_force)
     if samples < 2:
         raise InputError(f"{where}: has {samples} of the 2 or more samples that are needed; was the file cut off?")
     for name, kind in CHANNELS.items():

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tyre.ground.units import PASCAL_PER_BAR
-from tyre.recordings.recording import CONVENTIONS, Channel, PullTest, RigRun, slope_grows
+from tyre.recordings.recording import CONVENTIONS, Channel, LateralStiffnessTest, RigRun, slope_grows
 from tyre.recordings.signal_quality import runs
 
 _DEGREE = np.pi / 180.0
@@ -67,8 +67,8 @@ class _Limits:
     speed_offset: float = 0.10  # of the declared speed
     speed_spread: float = 0.05  # of the median speed, 1 sd
     temperature_drift: float = 10.0  # K
-    correlation: float = 0.5  # of side force and slip or displacement
-    stuck_slip: float = 0.2  # deg; travel that cannot leave a live side force unchanged
+    correlation: float = 0.5  # of lateral force and slip or displacement
+    stuck_slip: float = 0.2  # deg; travel that cannot leave a live lateral force unchanged
     least_pull: float = 0.3e-3  # m
     gauge_steps: int = 20  # steps of the displacement gauge that a pull covers at least
     pull_samples: int = 8  # complete samples that a pull holds at least
@@ -98,37 +98,39 @@ class Preflight:
         self.usable = False
 
 
-def preflight(recording: RigRun | PullTest, *, load_tolerance: float = LOAD_TOLERANCE) -> Preflight:
+def preflight(recording: RigRun | LateralStiffnessTest, *, load_tolerance: float = LOAD_TOLERANCE) -> Preflight:
     """Examine a recording; a median load farther than ``load_tolerance`` from the declared one forbids a fit."""
     condition = recording.condition
     surface = f"drum of {condition.drum_radius:g} m radius" if condition.drum_radius else "flat track"
     rolling = isinstance(recording, RigRun)
-    verdict = Preflight(str(recording.source or (recording.kind if isinstance(recording, RigRun) else "pull_test")))
+    verdict = Preflight(
+        str(recording.source or (recording.kind if isinstance(recording, RigRun) else "lateral_stiffness"))
+    )
     verdict.present.append(
         f"{'SYNTHETIC, ' if recording.synthetic else ''}{condition.tyre}, {condition.load:g} N, "
         f"{condition.pressure / PASCAL_PER_BAR:g} bar, {surface}, {recording.axes} axes"
     )
-    needed = ("time", "slip_angle", "side_force", "vertical_load") if rolling else _PULL_CHANNELS
+    needed = ("time", "slip_angle", "lateral_force", "vertical_load") if rolling else _PULL_CHANNELS
     empty = [name for name in needed if np.isfinite(getattr(recording, name)).sum() < 2]
     for name in empty:
         verdict.forbids(f"{name} has no valid samples")
     if not empty and isinstance(recording, RigRun):
         _check_rolling(verdict, recording, load_tolerance)
-    elif not empty and isinstance(recording, PullTest):
+    elif not empty and isinstance(recording, LateralStiffnessTest):
         _check_pull(verdict, recording)
     return verdict
 
 
-_PULL_CHANNELS = ("side_force", "plate_displacement", "rim_displacement")
+_PULL_CHANNELS = ("lateral_force", "plate_displacement", "rim_displacement")
 
 
 def _check_rolling(verdict: Preflight, run: RigRun, load_tolerance: float) -> None:
     _check_time(verdict, run.time)
-    for name in ("slip_angle", "side_force", "vertical_load"):
+    for name in ("slip_angle", "lateral_force", "vertical_load"):
         _check_dropouts(verdict, name, getattr(run, name))
     if run.aligning_moment is not None:
         _check_dropouts(verdict, "aligning_moment", run.aligning_moment, needed=False)
-    _check_stuck(verdict, run.side_force, run.slip_angle, travel=_LIMITS.stuck_slip * _DEGREE)
+    _check_stuck(verdict, run.lateral_force, run.slip_angle, travel=_LIMITS.stuck_slip * _DEGREE)
     _check_load(verdict, run, load_tolerance)
     _check_condition(verdict, run)
     _check_drifts(verdict, run)
@@ -186,13 +188,13 @@ def _check_sign(verdict: Preflight, run: RigRun) -> None:
     share = 1.0 if run.kind == "slip_step" else 0.5  # the slope near zero; a step has only its two ends
     widest = float(np.nanmax(np.abs(run.slip_angle)))
     inner = np.abs(run.slip_angle) <= max(share * widest, _LIMITS.least_slip * _DEGREE)
-    gradient, correlation = _slope(run.slip_angle[inner], run.side_force[inner])
+    gradient, correlation = _slope(run.slip_angle[inner], run.lateral_force[inner])
     if np.isnan(gradient) or abs(correlation) < _LIMITS.correlation:
-        verdict.problems.append(f"side force does not follow the slip (correlation {correlation:.2f})")
+        verdict.problems.append(f"lateral force does not follow the slip (correlation {correlation:.2f})")
     elif gradient < 0.0:
         fitting = [name for name in CONVENTIONS if slope_grows(name) != slope_grows(run.axes)]
         verdict.forbids(
-            f"wrong sign: side force falls with slip ({gradient * _DEGREE:.3g} N/deg) under axes = {run.axes!r}; "
+            f"wrong sign: lateral force falls with slip ({gradient * _DEGREE:.3g} N/deg) under axes = {run.axes!r}; "
             f"axes = {' or '.join(map(repr, fitting))} would fit"
         )
     elif run.aligning_moment is not None and _slope(run.slip_angle[inner], run.aligning_moment[inner])[0] > 0.0:
@@ -266,7 +268,7 @@ def _drift(channel: Channel) -> float:
     return float(np.nanmedian(ends[1]) - np.nanmedian(ends[0]))
 
 
-def _check_pull(verdict: Preflight, test: PullTest) -> None:
+def _check_pull(verdict: Preflight, test: LateralStiffnessTest) -> None:
     if test.time is not None:
         _check_time(verdict, test.time)
     for name in _PULL_CHANNELS:
@@ -288,17 +290,17 @@ def _check_pull(verdict: Preflight, test: PullTest) -> None:
         verdict.forbids(f"tyre deflection covers {travel * 1e3:.2g} mm, {_LIMITS.least_pull * 1e3:g} mm are needed")
     elif travel < _LIMITS.gauge_steps * reading_step(test.plate_displacement[complete]):
         verdict.problems.append(f"tyre deflection covers fewer than {_LIMITS.gauge_steps} steps of the gauge")
-    _check_stuck(verdict, test.side_force, deflection, travel=0.1 * travel)
-    gradient, correlation = _slope(deflection, test.side_force)
+    _check_stuck(verdict, test.lateral_force, deflection, travel=0.1 * travel)
+    gradient, correlation = _slope(deflection, test.lateral_force)
     if gradient < 0.0:
-        verdict.forbids("wrong sign: side force falls with displacement; turn the sign of one of the two")
+        verdict.forbids("wrong sign: lateral force falls with displacement; turn the sign of one of the two")
     elif abs(correlation) < _LIMITS.correlation:
-        verdict.problems.append(f"side force does not follow the displacement (correlation {correlation:.2f})")
+        verdict.problems.append(f"lateral force does not follow the displacement (correlation {correlation:.2f})")
     if rim > _LIMITS.rim_share * plate:
         verdict.problems.append(
             f"the rim takes {rim / plate:.0%} of the plate's displacement: the tyre is hardly deflected"
         )
-    verdict.present.append(f"{len(test.side_force)} samples, tyre deflection over {travel * 1e3:.3g} mm")
+    verdict.present.append(f"{len(test.lateral_force)} samples, tyre deflection over {travel * 1e3:.3g} mm")
     if not rim:
         stays = 1e3 * test.rim_displacement[complete][0]
         verdict.missing.append(f"rim displacement: {stays:.4g} mm throughout, the rim is taken as rigid")
@@ -350,16 +352,16 @@ def _check_dropouts(verdict: Preflight, name: str, channel: Channel, *, needed: 
 
 
 def _check_stuck(verdict: Preflight, force: Channel, mover: Channel, *, travel: float) -> None:
-    """Forbid stretches where the side force repeats one value while ``mover`` travels: saturated, else frozen."""
+    """Forbid stretches where the lateral force repeats one value while ``mover`` travels: saturated, else frozen."""
     ends, stuck = (np.nanmin(force), np.nanmax(force)), {True: 0, False: 0}
     for start, length in zip(*runs(np.diff(force) == 0.0), strict=True):
         stretch = mover[start : start + length + 1]
         if length >= 4 and np.isfinite(stretch).any() and np.nanmax(stretch) - np.nanmin(stretch) >= travel:
             stuck[force[start] in ends] += int(length) + 1
     if stuck[True]:
-        verdict.forbids(f"side_force is saturated: {stuck[True]} samples stay at its extreme values")
+        verdict.forbids(f"lateral_force is saturated: {stuck[True]} samples stay at its extreme values")
     if stuck[False]:
-        verdict.forbids(f"side_force is frozen: {stuck[False]} samples repeat one value while the rig moves")
+        verdict.forbids(f"lateral_force is frozen: {stuck[False]} samples repeat one value while the rig moves")
 
 
 def _count_branches(channel: Channel) -> int:

@@ -19,7 +19,7 @@ from tyre.recordings.recording import Condition
 class RigTyre:
     """The truth of one tyre at one load and pressure (SI units).
 
-    Steady side force Sv + D times the Magic Formula of B x, with x = slip + Sh and B = cornering_stiffness / (C D);
+    Steady lateral force Sv + D times the Magic Formula of B x, with x = slip + Sh and B = cornering_stiffness / (C D);
     aligning moment -t (F - Sv) with t = pneumatic_trail / (1 + (x / trail_slip)^2). The slip of a rolling tyre lags.
     """
 
@@ -42,7 +42,7 @@ class RigTyre:
         return self.cornering_stiffness * (1.0 / self.lateral_stiffness + 1.0 / self.rim_stiffness)
 
     def steady_force(self, slip: Array) -> Array:
-        """Side force of the steadily rolling tyre, N (n,), at ``slip`` (n,), rad."""
+        """Lateral force of the steadily rolling tyre, N (n,), at ``slip`` (n,), rad."""
         u = self.cornering_stiffness / (self.shape * self.peak_force) * (slip + self.offset_slip)
         bent = (1.0 - self.curvature) * u + self.curvature * np.arctan(u)
         return np.asarray(self.offset_force + self.peak_force * np.sin(self.shape * np.arctan(bent)))
@@ -68,7 +68,7 @@ class Recorded:
     """Contents of recordings and of their reference, which decide the terms that can be told."""
 
     sweeps: bool = True  # there are slip sweeps
-    pulls: bool = True  # there are pull tests
+    pulls: bool = True  # there are lateral stiffness tests
     both_branches: bool = True  # slip both rises and falls
     both_signs: bool = True  # a sweep has slip angles of either sign
     speeds: bool = True  # every sweep has its rolling speed
@@ -100,7 +100,7 @@ class SweepTerms(_Terms):
     gain_by_sign: Contribution = 0.0  # gain of the indicated force to the right less that to the left
     slip_offset: Contribution = 0.0  # rad of true slip, of the whole curve
     half_gap: Contribution = 0.0  # rad of true slip by which the wheel stays behind the sensor
-    side_force: Contribution = 0.0  # N, of the tyre: it changes its sign with the tyre turned round
+    lateral_force: Contribution = 0.0  # N, of the tyre: it changes its sign with the tyre turned round
     asymmetry: Contribution = 0.0  # N/rad^2
     delay: Contribution = 0.0  # s
     warming: Contribution = 0.0  # relative change of the force from the begin of the recording to its end
@@ -135,7 +135,7 @@ class Needs:
 
 
 needs_sweep = Needs((("sweeps", "no slip sweep"),))
-needs_pull = Needs((("pulls", "no pull test"),))
+needs_pull = Needs((("pulls", "no lateral stiffness test"),))
 
 
 @dataclass(frozen=True)
@@ -210,7 +210,7 @@ class RigEffect:
         """Change the ``channels`` (n,) of a slip sweep or step in place (SI, adapted SAE); ``rng`` for noise."""
 
     def on_pull(self, channels: Channels, rng: np.random.Generator) -> None:
-        """Change the ``channels`` (n,) of a pull test in place (SI, adapted SAE); ``rng`` for noise."""
+        """Change the ``channels`` (n,) of a lateral stiffness test in place (SI, adapted SAE); ``rng`` for noise."""
 
 
 def register(effect: type[RigEffect]) -> type[RigEffect]:

@@ -16,7 +16,7 @@ import scipy
 from tyre.ground.errors import InputError, refuse_unknown
 from tyre.ground.files import write_text
 from tyre.ground.units import PASCAL_PER_BAR
-from tyre.recordings.recording import SIMULATED_NOTE, Channel, Condition, PullTest, RigRun
+from tyre.recordings.recording import SIMULATED_NOTE, Channel, Condition, LateralStiffnessTest, RigRun
 from tyre.rig.effect import Channels, RigEffect, RigTyre, simulated_effects
 from tyre.rig.effects.mechanics import Remounting, RigFriction, RimCompliance
 from tyre.rig.effects.sensors import DialGauge, LoadCellDrift, Noise, SensorGain
@@ -84,8 +84,8 @@ def simulate_pull(
     effects: Sequence[RigEffect],
     rng: np.random.Generator,
     axes: str = "adapted SAE",
-) -> PullTest:
-    """Static pull test: the plate goes out and back ``pull_cycles`` times in ``pull_readings`` readings per stroke."""
+) -> LateralStiffnessTest:
+    """Static lateral stiffness test: ``pull_cycles`` times out and back, ``pull_readings`` readings a stroke."""
     for effect in effects:
         tyre = effect.on_tyre(tyre, condition, rng)
     reach = protocol.pull_force / tyre.lateral_stiffness
@@ -101,14 +101,14 @@ def simulate_pull(
     rim = force / tyre.rim_stiffness
     channels: Channels = {
         "time": np.linspace(0.0, protocol.pull_duration, path.size),
-        "side_force": force,
+        "lateral_force": force,
         "plate_displacement": deflection + rim,
         "rim_displacement": rim,
     }
     for effect in effects:
         effect.on_pull(channels, rng)
     recorded: dict[str, Any] = dict(channels)
-    return PullTest(condition=condition, axes=axes, synthetic=True, notes=(SIMULATED_NOTE,), **recorded)
+    return LateralStiffnessTest(condition=condition, axes=axes, synthetic=True, notes=(SIMULATED_NOTE,), **recorded)
 
 
 def _roll(
@@ -134,7 +134,7 @@ def _roll(
     channels: Channels = {
         "time": time,
         "slip_angle": slip.copy(),
-        "side_force": force.copy(),
+        "lateral_force": force.copy(),
         "vertical_load": condition.load * full,
         "aligning_moment": -trail * (force - tyre.offset_force),
         "speed": speed * full,
@@ -221,7 +221,7 @@ def write_campaign_files(
         raise InputError(f"{folder}: already holds recordings; give an empty folder")
     written: list[Path] = []
 
-    def write(recording: RigRun | PullTest, stem: str) -> None:
+    def write(recording: RigRun | LateralStiffnessTest, stem: str) -> None:
         tydex = plan.file_format == "tdx" or (plan.file_format == "mixed" and len(written) % 2 == 1)
         path = folder / f"{stem}.{'tdx' if tydex else 'csv'}"
         (write_tydex if tydex else write_csv)(recording, path)
@@ -278,5 +278,5 @@ def _truth(tyre: RigTyre, condition: Condition, effects: Sequence[RigEffect]) ->
         "relaxation_length_m": tyre.cornering_stiffness / tyre.lateral_stiffness,
         "relaxation_length_rolling_m": tyre.relaxation_length,
         "pneumatic_trail_m": tyre.pneumatic_trail,
-        "side_force_offset_N": tyre.offset_force,
+        "lateral_force_offset_N": tyre.offset_force,
     }

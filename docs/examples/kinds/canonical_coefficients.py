@@ -30,7 +30,7 @@ ROLL = ("M_phi_delta", "C1_phi_delta", "K0_phi_delta")  # free in the equation o
 STEER = ("M_delta_delta", "C1_delta_phi", "C1_delta_delta", "K0_delta_delta", "K2_delta_delta", "H_delta_F")
 COEFFICIENTS = (*ROLL, *STEER)
 UNITS = {"M": "kg m^2", "C1": "kg m", "K0": "kg m", "K2": "kg", "H": "m"}  # by the first part of the name
-SENSORS = ("lean", "steer", "steer_torque", "lateral_force")  # signals of the regression
+SENSORS = ("lean", "steer", "steer_torque", "lateral_push")  # signals of the regression
 FREQUENCIES = 16  # number of frequencies of the predicted motion, evenly spaced in the logarithm
 STEER_RATE, FORCE = 0.3, 20.0  # rad/s and N at each frequency; only their ratio matters
 
@@ -63,7 +63,7 @@ class WhippleMatrices:
             c1=linear_in_v[:, rates],
             k0=constant[:, angles] / gravity,
             k2=square_in_v[:, angles],
-            force=matrices.input_matrix[0][rates, linear.inputs.index("lateral_force")],
+            force=matrices.input_matrix[0][rates, linear.inputs.index("lateral_push")],
             gravity=gravity,
         )
 
@@ -274,7 +274,7 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
         names, omega = family.symbolic, angular_frequency(np.geomspace(*self.band, FREQUENCIES))
         response = family(batch, speeds).responses_about_the_first(  # (K, speeds, frequencies, outputs, inputs)
             omega,
-            inputs=[names.inputs.index(name) for name in ("steer_torque", "lateral_force")],
+            inputs=[names.inputs.index(name) for name in ("steer_torque", "lateral_push")],
             outputs=[names.outputs.index(name) for name in ("lean", "steer")],
         )
         # Two motions: the rider steers and nobody pushes; a force pushes and the steering is held. The steer angle is
@@ -298,7 +298,7 @@ class CanonicalCoefficients(BicycleKind, kind="canonical"):
             lean=record("lean", lean),
             steer=record("steer", steer),
             torque=record("steer_torque", torque),
-            force=record("lateral_force", force),
+            force=record("lateral_push", force),
             s=s,
             v=speeds[:, None, None],
         )

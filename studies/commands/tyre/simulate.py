@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 @click.option("--surfaces", default="flat", show_default=True, help="flat, drum or flat,drum.")
 @click.option("--rates", default="1,2", show_default=True, help="Slip rates, deg/s.")
 @click.option("--sweeps", type=COUNT, default=1, show_default=True, help="Slip sweeps per condition and rate.")
-@click.option("--pulls", type=COUNT, default=2, show_default=True, help="Pull tests per flat-track condition.")
+@click.option(
+    "--pulls", type=COUNT, default=2, show_default=True, help="Lateral stiffness tests per flat-track condition."
+)
 @click.option("--steps", type=COUNT, default=0, show_default=True, help="Slip steps per condition.")
 @click.option("--axes", default="adapted SAE", show_default=True, help="ISO, SAE or adapted SAE.")
 @click.option("--format", "file_format", default="csv", show_default=True, help="csv, tdx or mixed.")

@@ -1,4 +1,4 @@
-"""Luggage and bar bag against the bicycle whose frames contain them by the parallel axis theorem."""
+"""Luggage and handlebar bag against the bicycle whose frames contain them by the parallel axis theorem."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from bicycle.equations import ModelBuilder
 from bicycle.parameters import Body
 from tyre.ground import InputError
 
-PLACES = {"luggage": ("B", -0.06, -0.8), "bar_bag": ("H", 0.95, -0.9)}
+PLACES = {"luggage": ("B", -0.06, -0.8), "handlebar_bag": ("H", 0.95, -0.9)}
 TYRE = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}
 OTHERS = {
     "rolling": {},
@@ -48,7 +48,7 @@ def test_a_bag_at_the_bar_is_not_one_on_the_rack():
 
 @pytest.mark.parametrize(("identifier", "at", "words"), [
     ("luggage", {"mass": 60.0, "x": -1.0}, "60 kg at x = -1 m lift the front wheel; give less mass or more x"),
-    ("bar_bag", {"mass": 90.0, "x": 2.0}, "90 kg at x = 2 m lift the rear wheel; give less mass or less x"),
+    ("handlebar_bag", {"mass": 90.0, "x": 2.0}, "90 kg at x = 2 m lift the rear wheel; give less mass or less x"),
 ])  # fmt: skip
 def test_a_mass_that_lifts_a_wheel_is_refused(identifier, at, words):
     with pytest.raises(InputError, match=f"effect '{identifier}': {words}"):
@@ -80,5 +80,5 @@ def test_what_is_fixed_to_a_fixed_body_comes_along(tmp_path):
     with outside_effects(()):
         (bracket,) = load_effects(path)
         found = Model("benchmark", bracket()).linear_model().eigenvalues(5.0)
-    bag = linear(bar_bag={"mass": 4.0, "x": 0.95, "z": -0.9})
+    bag = linear(handlebar_bag={"mass": 4.0, "x": 0.95, "z": -0.9})
     assert_same_eigenvalues(found, bag.eigenvalues(5.0), atol=1e-9)

@@ -47,7 +47,7 @@ def deflection(p: complex, a: float, sigma: float, distance: np.ndarray) -> np.n
 
 
 def exact_string(p: complex, a: float, sigma: float) -> np.ndarray:
-    """[[F/alpha, F/phi], [M/alpha, M/phi]]: side force and moment of the contact and of both free ends."""
+    """[[F/alpha, F/phi], [M/alpha, M/phi]]: lateral force and moment of the contact and of both free ends."""
     x = a * NODES
     v = deflection(p, a, sigma, a - x)
     ends = deflection(p, a, sigma, np.array([0.0, 2 * a]))
@@ -60,7 +60,7 @@ def states_of(built: Model, wheel: str) -> tuple[np.ndarray, np.ndarray]:
     """A and B of d[F, M]/dx = A [F, M] + B [alpha, phi], read off the matrices of a model."""
     linear = built.linear_model()
     dynamics, states = linear.ranges[0].matrices.dynamics, linear.states
-    rows = [states.index(f"{wheel}_side_force"), states.index(f"{wheel}_aligning_moment")]
+    rows = [states.index(f"{wheel}_lateral_force"), states.index(f"{wheel}_aligning_moment")]
     lateral, yaw = states.index("rear_lateral_velocity"), states.index("yaw_rate")
     lever = 0.0 if wheel == "rear" else linear.parameters["w"]
     gain = -dynamics[0][np.ix_(rows, [lateral, yaw])]
@@ -217,7 +217,7 @@ class OnStrings:
         self.effects = {"camber_thrust": {"camber_stiffness": CAMBER}, "front_compliance": front}
         linear = model(bicycle="pista_rider", **self.effects).linear_model()
         matrices, p = linear.ranges[0].matrices, linear.parameters
-        assert linear.states[8:] == ("rear_side_force", "front_side_force")
+        assert linear.states[8:] == ("rear_lateral_force", "front_lateral_force")
         self.mass = matrices.mass[:8, :8]
         self.dynamics = {power: m[:8, :8] for power, m in matrices.dynamics.items()}  # without any tyre
         cosine, sine = math.cos(p["lam"]), math.sin(p["lam"])
@@ -298,7 +298,7 @@ def test_camber_thrust_acts_at_the_centre_and_builds_up_like_turn_slip():
     camber = {"camber_stiffness": {"rear": 500.0, "front": 400.0}}
     linear = model(contact_length={"half_length": HALF}, camber_thrust=camber).linear_model()
     dynamics, states = linear.ranges[0].matrices.dynamics, linear.states
-    rows = [states.index("rear_side_force"), states.index("rear_aligning_moment")]
+    rows = [states.index("rear_lateral_force"), states.index("rear_aligning_moment")]
     seen = dynamics[1][rows, states.index("lean")]
     np.testing.assert_allclose(-np.linalg.solve(dynamics[1][np.ix_(rows, rows)], seen), [500.0, 0.0], atol=1e-9)
 

@@ -70,7 +70,7 @@ def test_what_things_are_in_a_few_lines():
     shown = {
         pista: ("Bicycle 'pista'", "9.72 kg", "wheelbase 0.989 m", "N rear"),
         model: ("Model of <Bicycle 'pista'", "RelaxationLength(cornering_stiffness={'rear': 6000.0, 'front': 5000.0}"),
-        linear: ("LinearModel with relaxation_length", "8 states", "rear_side_force"),
+        linear: ("LinearModel with relaxation_length", "8 states", "rear_lateral_force"),
         found: ("Modes at 3 speeds 2-8.5 m/s", "weave, wobble, capsize", "unstable at one of them: weave, capsize"),
         first: (f"CriticalSpeed {first.speed:.6g} m/s: weave stabilising", "Hz"),
         TyreMap.load("Tyre1"): ("TyreMap of Tyre1 on flat", "9 conditions", "340-490 N", "103.2-116.7 N/deg"),

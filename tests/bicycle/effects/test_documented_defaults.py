@@ -41,9 +41,9 @@ def test_a_tyre_without_a_number_is_round_and_as_wide_as_its_description_says():
     np.testing.assert_allclose(assumed, told, rtol=1e-12)
 
 
-def test_the_prior_of_a_residual_torque_is_of_the_usual_sizes_that_its_description_names():
+def test_the_prior_of_an_unmodelled_torque_is_of_the_usual_sizes_that_its_description_names():
     """One sd of the constant is the usual size; of change over half the range of speed and of curvature, half of it."""
-    text = words("residual_torque")
+    text = words("unmodelled_torque")
     steer = re.search(r"steer torque (\d+) N m/rad of lean, (\d+) of steer, (\d+) and (\d+) N m s/rad", text).groups()
     lean = re.search(r"of the lean torque (\d+), (\d+), (\d+) and (\d+);", text).groups()
     found = iter(candidate(dict.fromkeys(PAIRS, 3), SpeedScale(5.0, 2.0, 3)).unknowns)

@@ -180,7 +180,7 @@ def test_all_compatible_effects_together_build():
         slots |= {effect.slot} - {None}
         chosen.append(draw(effect))
     model = Model(bicycle(), tuple(chosen)).linear_model()
-    assert {"front_compliance", "rider_lean", "rear_side_force", "front_side_force"} <= set(model.states)
+    assert {"front_compliance", "rider_lean", "rear_lateral_force", "front_lateral_force"} <= set(model.states)
     assert np.isfinite(model.eigenvalues([0.0, 5.0, 30.0])).all()
 
 

@@ -25,7 +25,7 @@ def test_aligning_moment_with_the_stiffness_of_a_trail_is_pneumatic_trail():
     moment = {"aligning_stiffness": {w: trail[w] * STIFFNESS[w] for w in trail}, "relaxation_length": length}
     with_trail = linear(relaxation_length=relaxing(length), pneumatic_trail={"trail": trail})
     with_moment = linear(relaxation_length=relaxing(length), aligning_moment=moment)
-    assert with_moment.states[-2:] == ("rear_side_force", "front_side_force")
+    assert with_moment.states[-2:] == ("rear_lateral_force", "front_lateral_force")
     assert {"rear_aligning_moment", "front_aligning_moment"} < set(with_moment.states)
     for speed in (1.0, 5.0, 12.0, 30.0):
         expected, found = with_trail.eigenvalues(speed), with_moment.eigenvalues(speed)  # two lags more

@@ -60,7 +60,7 @@ def test_a_pair_has_the_roots_of_an_independent_derivation_whatever_its_order(la
 @pytest.mark.parametrize(("law", "speed"), [("relaxation_length", 3.0), ("no_slip", 11.0)])
 def test_many_effects_at_once(law, speed):
     """All four hinges, hands, masses, drag, brakes, a rotor and a round tyre."""
-    every = [*HINGES, "rider_hands", "luggage", "bar_bag", "aerodynamic_drag", "longitudinal", "rotating_mass"]
+    every = [*HINGES, "rider_hands", "luggage", "handlebar_bag", "aerodynamic_drag", "longitudinal", "rotating_mass"]
     model = draw(np.random.default_rng(5), [law, *every, "crown_radius", "overturning_moment", "steer_assist"])
     assert largest_error(model, speed) < TARGETS["pairs"]
     assert order_error(model, speed) < TARGETS["order"]
@@ -140,9 +140,9 @@ def test_masses_that_lift_a_wheel_together_are_refused():
     heavy = {"mass": 60.0, "x": -0.45, "z": -0.8}
     bag = {"mass": 35.0, "x": -0.6, "z": -0.9}
     built("benchmark", luggage=heavy)
-    built("benchmark", bar_bag=bag).linear_model()
-    with pytest.raises(InputError, match="bar_bag, luggage, no_slip: the load of the front wheel is -"):
-        built("benchmark", luggage=heavy, bar_bag=bag).linear_model()
+    built("benchmark", handlebar_bag=bag).linear_model()
+    with pytest.raises(InputError, match="handlebar_bag, luggage, no_slip: the load of the front wheel is -"):
+        built("benchmark", luggage=heavy, handlebar_bag=bag).linear_model()
 
 
 def hung(*joints: tuple[str, str, str]) -> list[tuple[str, set[str]]]:

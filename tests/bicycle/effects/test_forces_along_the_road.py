@@ -159,7 +159,7 @@ def test_wind_from_the_side_pushes_drags_and_turns_by_its_yaw_angle():
     push = density * speed / 2 * (area + side)
     for state, expected in (
         ("rear_lateral_velocity", push), ("yaw_rate", x * push + density * speed / 2 * turning),
-        ("lean_rate", -z * push), ("steer_rate", 0.0), ("rear_side_force", 0.0),
+        ("lean_rate", -z * push), ("steer_rate", 0.0), ("rear_lateral_force", 0.0),
     ):  # fmt: skip
         assert force[model.states.index(state)] == pytest.approx(expected, rel=1e-12)
 

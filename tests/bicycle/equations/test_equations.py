@@ -33,9 +33,9 @@ def steer(factor):
 
 
 def lagged(model, size):
-    """A torque that follows the side force of the front tyre."""
+    """A torque that follows the lateral force of the front tyre."""
     state = model.add_state("lagged", unit="N m")
-    model.set_rate(state, (size * model.wheels[1].side_force - state) / 0.1)
+    model.set_rate(state, (size * model.wheels[1].lateral_force - state) / 0.1)
 
 
 FRONT_LOAD = BICYCLE.static_loads[1]
@@ -71,13 +71,13 @@ def test_a_sum_within_a_function_may_be_linear_in_the_motion():
 
 
 def test_a_motor_may_be_told_what_the_tyre_does():
-    """A command in terms of a side force, which is itself made of slip velocities."""
+    """A command in terms of a lateral force, which is itself made of slip velocities."""
 
     def told(model, size):
-        model.motor.tell(size / 100 * model.wheels[1].side_force)
+        model.motor.tell(size / 100 * model.wheels[1].lateral_force)
 
     def added(model, size):
-        model.add_torque(model.steer, size / 100 * model.wheels[1].side_force)
+        model.add_torque(model.steer, size / 100 * model.wheels[1].lateral_force)
 
     one, other = (Model(BICYCLE, (TYRES, effect(add))).linear_model() for add in (told, added))
     np.testing.assert_allclose(one.eigenvalues(6.0), other.eigenvalues(6.0), rtol=1e-12)
@@ -93,10 +93,10 @@ def test_a_motor_may_be_told_what_the_tyre_does():
     (lambda model, size: model.add_inertia(model.steer, model.speed * model.lean.angle), "puts '.*' where only"),
     (lambda model, size: model.add_input("lean_torque", unit="N m"), "the name 'lean_torque' of an input is taken"),
     (lambda model, size: model.motor.tell(size * model.motor.command), "makes the steer motor command depend on i"),
-    (lagged, "rate of the state 'lagged' depends on a side force, of which held contacts know nothing; give its e"),
+    (lagged, "rate of the state 'lagged' depends on a lateral force, of which held contacts know nothing; give its e"),
     (
-        lambda model, size: model.add_torque(model.steer, size * model.speed * model.wheels[1].side_force),
-        "an effect takes a side force times a power of the speed; with held contacts it must not",
+        lambda model, size: model.add_torque(model.steer, size * model.speed * model.wheels[1].lateral_force),
+        "an effect takes a lateral force times a power of the speed; with held contacts it must not",
     ),
 ])  # fmt: skip
 def test_what_the_equations_cannot_hold_is_refused(add, words):
@@ -104,5 +104,5 @@ def test_what_the_equations_cannot_hold_is_refused(add, words):
         Model(BICYCLE, effect(add)).linear_model()
 
 
-def test_a_state_may_follow_a_side_force_of_tyres():
+def test_a_state_may_follow_a_lateral_force_of_tyres():
     assert "lagged" in Model(BICYCLE, (TYRES, effect(lagged))).linear_model().states

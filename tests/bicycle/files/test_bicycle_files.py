@@ -157,8 +157,8 @@ def test_a_model_file_in_place_of_a_bicycle_is_recognised(tmp_path):
         ('bicycle = "benchmark"', "is a model file, not a bicycle file; write bicycle = 'benchmark' into the file"),
         ("[bicycle]\nw = 1.0\n[effects.steer_damper]\ndamping = 1.0",
          r"write its table \[bicycle\] and its \[effects.NAME\] into the file that names"),
-        ("[bicycle]\nw = 1.0\n[effects.residual_torque]",
-         r"\[effects.NAME\] \(a measurement file without residual_torque\) into the file"),
+        ("[bicycle]\nw = 1.0\n[effects.unmodelled_torque]",
+         r"\[effects.NAME\] \(a measurement file without unmodelled_torque\) into the file"),
     ):  # fmt: skip
         path.write_text(text)
         refuses(words, load_bicycle, path)

@@ -192,10 +192,10 @@ def test_forced_runs_are_read_with_a_reference_and_a_force(tmp_path):
     (run,) = read_forced(written(tmp_path), 5.0, reference="push")
     assert set(run.inputs) == {"steer_torque_N_m", "push"}
     (run,) = read_forced(
-        written(tmp_path, head=HEAD.replace("push", "lateral_force_N")), 5.0, reference="steer_torque_N_m"
+        written(tmp_path, head=HEAD.replace("push", "lateral_push_N")), 5.0, reference="steer_torque_N_m"
     )
-    assert set(run.inputs) == {"steer_torque_N_m", "lateral_force_N"}
-    names = {"time": ("time_s", "s"), "roll_rate": ("roll_rate_rad_s", "deg/s"), "lateral_force": ("push", "kN"),
+    assert set(run.inputs) == {"steer_torque_N_m", "lateral_push_N"}
+    names = {"time": ("time_s", "s"), "roll_rate": ("roll_rate_rad_s", "deg/s"), "lateral_push": ("push", "kN"),
              "command": ("steer_torque_N_m", "V")}  # fmt: skip
     table = {name: {"column": column, "unit": unit} for name, (column, unit) in names.items() if unit != "V"}
     table["command"] = {"column": "steer_torque_N_m", "unit": "N mm"}
@@ -203,9 +203,9 @@ def test_forced_runs_are_read_with_a_reference_and_a_force(tmp_path):
         written(tmp_path), 5.0, reference="command",
         channel_map=ChannelMap.from_table({"channels": table}, tmp_path, where="m"),
     )  # fmt: skip
-    assert set(mapped.inputs) == {"lateral_force_N", "command"}
+    assert set(mapped.inputs) == {"lateral_push_N", "command"}
     (plain,) = read_forced(written(tmp_path), 5.0, reference="push")
-    np.testing.assert_allclose(mapped.inputs["lateral_force_N"], 1e3 * plain.inputs["push"])
+    np.testing.assert_allclose(mapped.inputs["lateral_push_N"], 1e3 * plain.inputs["push"])
 
 
 def test_forced_runs_that_cannot_be_read(tmp_path):

@@ -18,7 +18,7 @@ from bicycle.model import (
     eigensystem,
     eigenvalues,
     frequency_hz,
-    least_damping_ratio,
+    min_damping_ratio,
     oscillating,
     pair_damping_ratio,
     project,
@@ -142,7 +142,7 @@ def test_two_real_roots_of_one_sign_are_overdamped(ratio):
 
 def test_what_does_not_oscillate_has_no_ratio():
     roots = np.array([[-1.0 + 2j, -1.0 - 2j, -0.1 + 9j, -0.1 - 9j, 3.0], [-1.0, -2, -3, -4, -5]])
-    np.testing.assert_allclose(least_damping_ratio(roots), [0.1 / abs(-0.1 + 9j), np.nan])
+    np.testing.assert_allclose(min_damping_ratio(roots), [0.1 / abs(-0.1 + 9j), np.nan])
     np.testing.assert_array_equal(np.isnan(oscillating(roots)), [[False, True, False, True, True], [True] * 5])
     assert np.isnan(pair_damping_ratio(np.array(1.0 + 0j), np.array(-1.0 + 0j)))
     assert np.isnan(damping_ratio(0.0))

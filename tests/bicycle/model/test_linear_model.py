@@ -78,15 +78,15 @@ def test_steady_turn_of_the_whipple_bicycle_obeys_its_rolling_constraint(whipple
 
 
 def test_imposed_slip_pushes_towards_the_slip(tyred):
-    # steady side force of a tyre held straight: F = C alpha, so dF/dt = (v/lambda) C alpha from rest
+    # steady lateral force of a tyre held straight: F = C alpha, so dF/dt = (v/lambda) C alpha from rest
     _, inputs, _ = tyred.matrices_at(4.0)
-    rate = inputs[tyred.states.index("rear_side_force"), tyred.inputs.index("rear_slip")]
+    rate = inputs[tyred.states.index("rear_lateral_force"), tyred.inputs.index("rear_slip")]
     assert rate == pytest.approx(4.0 / 0.12 * 6302.5)
 
 
 def test_a_right_lean_pushes_the_tyre_right(tyred):
     model = linear(relaxation_length=RELAXATION, camber_thrust={"camber_stiffness": 400.0})
-    place = model.states.index("rear_side_force"), model.states.index("lean")
+    place = model.states.index("rear_lateral_force"), model.states.index("lean")
     assert model.matrices_at(5.0)[0][place] == pytest.approx(5.0 / 0.12 * 400.0)
     assert tyred.matrices_at(5.0)[0][place] == 0
 
@@ -105,9 +105,9 @@ def test_with_effect_replaces_a_contact_law_and_adds_others():
 
 def test_imposed_slip_acts_at_once_without_relaxation_and_not_at_all_with_it(slipping, tyred):
     # side slip: F = C alpha with C = 6000 N/rad, so the direct gain is C; a relaxing tyre has none
-    direct = slipping.to_control(5.0, inputs=["rear_slip"], outputs=["rear_side_force", "lean"]).D
+    direct = slipping.to_control(5.0, inputs=["rear_slip"], outputs=["rear_lateral_force", "lean"]).D
     assert direct[:, 0].tolist() == pytest.approx([6000.0, 0.0])
-    assert not tyred.to_control(5.0, inputs=["rear_slip"], outputs=["rear_side_force"]).D.any()
+    assert not tyred.to_control(5.0, inputs=["rear_slip"], outputs=["rear_lateral_force"]).D.any()
 
 
 @pytest.mark.parametrize(("asked", "own"), [({}, True), ({"threads": 1}, True), ({"threads": 2}, False)])

@@ -60,8 +60,8 @@ def test_beside_the_critical_speed_the_normal_form_holds(torques):
     assert near.estimate < far.estimate
 
 
-def test_a_side_force_takes_half_a_second_of_hundreds_of_newtons(faq):
-    kicks = kick_thresholds(faq, [35.0, 36.0, 37.0], "lateral_force")
+def test_a_lateral_force_takes_half_a_second_of_hundreds_of_newtons(faq):
+    kicks = kick_thresholds(faq, [35.0, 36.0, 37.0], "lateral_push")
     assert all(100 < one.least < one.estimate < 400 for one in kicks)
     assert all(one.falls_from is None or one.falls_from >= one.least for one in kicks)
 

@@ -30,7 +30,7 @@ def test_the_wobble_of_the_faq_is_that_of_the_prototype(faq):
     assert cycle.frequency_hz == pytest.approx(7.1157, rel=1e-4)
     branch = next(one for one in faq.branches if one.mode == "wobble")
     assert (branch.begin.speed, branch.end.speed) == pytest.approx((2.849701, 31.672998), rel=1e-6)
-    assert [one.kind for one in faq.onsets if one.critical.mode == "wobble"] == ["grows gently"] * 2
+    assert [one.kind for one in faq.onsets if one.critical.mode == "wobble"] == ["supercritical"] * 2
     assert not branch.folds
     assert faq.stability(cycle) == "yes"
     assert 2 * faq.acceleration(cycle) / 9.81 == pytest.approx(7.0, abs=0.1)  # g peak to peak
@@ -41,7 +41,7 @@ def test_the_wobble_of_the_faq_is_that_of_the_prototype(faq):
 
 def test_its_weave_jumps_and_folds_back(faq):
     last = faq.onsets[-1]
-    assert (last.critical.mode, last.kind) == ("weave", "jumps")
+    assert (last.critical.mode, last.kind) == ("weave", "subcritical")
     (fold,) = next(one for one in faq.branches if one.mode == "weave").folds
     assert fold.speed == pytest.approx(34.10, abs=0.005)
     assert degrees(faq, fold) == pytest.approx(12.0, abs=0.15)  # 12.0 lies 0.4 mm/s above the fold
@@ -58,7 +58,7 @@ def test_a_damper_ends_the_wobble_and_lowers_the_weave_limit(faq):
     limits = [found.onsets[-1].critical for found in (faq, damped)]
     assert [one.mode for one in limits] == ["weave"] * 2
     assert [one.speed for one in limits] == pytest.approx([38.9, 35.2], abs=0.05)
-    assert [found.onsets[-1].kind for found in (faq, damped)] == ["jumps"] * 2
+    assert [found.onsets[-1].kind for found in (faq, damped)] == ["subcritical"] * 2
     assert "1.5 N m s/rad" in PAGE
     assert "from {:.1f} to {:.1f} m/s".format(*(one.speed for one in limits)) in PAGE
     (weave,) = damped.branches
@@ -221,7 +221,7 @@ def test_with_the_whole_curves_of_a_tyre_file():
 
 @pytest.mark.parametrize("friction", [0.4, 1.1])
 def test_the_amplitude_is_proportional_to_the_peak_factor(faq, friction):
-    tyre = MagicTyre(friction=friction)
+    tyre = MagicTyre(peak_factor=friction)
     found = find_limit_cycles(faq.model, rear=tyre, front=tyre)
     for speed in (10.0, 38.0):
         for (_, usual), (_, own) in zip(faq.at(speed), found.at(speed), strict=False):
@@ -260,7 +260,7 @@ def test_multipliers_are_those_of_small_motions_beside_the_cycle(faq, speed, whi
 
     def rate(t, flat):
         x = flat.reshape(-1, n)
-        forces = system.side_forces(x @ system.slip_matrix.T)
+        forces = system.lateral_forces(x @ system.slip_matrix.T)
         return (x @ system.state_matrix.T + forces @ system.force_matrix.T).ravel()
 
     motion = solve_ivp(rate, (0, cycle.period / 2), begins.ravel(), "DOP853", rtol=1e-11, atol=1e-13)

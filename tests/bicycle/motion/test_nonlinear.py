@@ -27,11 +27,11 @@ SETS = {
     "front": (LAGGED, CAMBER, ("front_compliance", {"joint_x": 0.8, "joint_z": -0.85}), ("steer_damper", {})),
     "rider": (LAGGED, ("aerodynamic_drag", {"centre_of_pressure_z": -1.1}), ("rider_arms", {}),
               ("rider_lean", {"mass": 30.0, "x": 0.3, "z": -1.1, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9})),
-    "bags": (LAGGED, ("luggage", {"mass": 6.0}), ("bar_bag", {"mass": 2.0})),
+    "bags": (LAGGED, ("luggage", {"mass": 6.0}), ("handlebar_bag", {"mass": 2.0})),
     "assist": (LAGGED, ("steer_assist", {}), ("steer_motor", {"share": 0.7}), ("steer_spring", {})),
-    "torque": (LAGGED, ("residual_torque", {"steer_from_steer_rate": -1.5, "lean_from_lean_slope": 3.0})),
+    "torque": (LAGGED, ("unmodelled_torque", {"steer_from_steer_rate": -1.5, "lean_from_lean_slope": 3.0})),
 }  # fmt: skip
-SHOWN = ("lean", "steer", "yaw_rate", "rear_side_force", "front_side_force")
+SHOWN = ("lean", "steer", "yaw_rate", "rear_lateral_force", "front_lateral_force")
 
 
 def build(*effects):
@@ -75,7 +75,7 @@ def test_with_an_offset_half_the_kick_is_half_of_the_relative_difference():
     # around the steady motion that the offset enforces, F(alpha) has a second derivative; the linear model takes the
     # local slope, with camber as the slip that gives the same force
     # (equal offsets would only make it turn, without slip, at a lean of Sv)
-    rear, front = (MagicTyre(friction=0.5, offset=offset) for offset in (-0.05, 0.05))
+    rear, front = (MagicTyre(peak_factor=0.5, offset=offset) for offset in (-0.05, 0.05))
     model, time = build(LAGGED, CAMBER), np.linspace(0.0, 0.3, 31)
     system = magic_formula_model(model, speed=6.0, rear=rear, front=front)
     trim = system.trim()
@@ -101,12 +101,12 @@ def test_with_an_offset_half_the_kick_is_half_of_the_relative_difference():
     assert ratios[-1] == pytest.approx(2.0, rel=0.02)
 
 
-def test_side_forces_never_exceed_friction_times_load():
+def test_lateral_forces_never_exceed_friction_times_load():
     model = build(LAGGED, CAMBER)
     system = magic_formula_model(model, speed=6.0, rear=MagicTyre(0.3), front=MagicTyre(0.3))
-    found = system.simulate(time=np.linspace(0, 1.5, 151), inputs={"lateral_force": pulse(400.0, duration=0.5)})
+    found = system.simulate(time=np.linspace(0, 1.5, 151), inputs={"lateral_push": pulse(400.0, duration=0.5)})
     for wheel, load in zip(("rear", "front"), load_bicycle("benchmark").static_loads, strict=True):
-        largest = np.abs(found.outputs[f"{wheel}_side_force"]).max()
+        largest = np.abs(found.outputs[f"{wheel}_lateral_force"]).max()
         assert 0.99 * 0.3 * load < largest <= 0.3 * load * (1 + 1e-12)
 
 
@@ -126,14 +126,14 @@ def test_slip_step_of_a_bicycle_that_stays_straight_gives_the_magic_formula():
     masses = {key: 1e9 * value for key, value in load_bicycle("benchmark").values.items() if key[0] in "Im"}
     heavy = load_bicycle("benchmark").replace(g=1e-9 * 9.81, **masses, allow_unusual=True)
     law = {"cornering_stiffness": 6000.0, "relaxation_length": 0.1}
-    tyre = MagicTyre(friction=0.7, shape_factor=1.4, curvature_factor=-0.5, offset=0.02)
+    tyre = MagicTyre(peak_factor=0.7, shape_factor=1.4, curvature_factor=-0.5, offset=0.02)
     system = magic_formula_model(built(heavy, relaxation_length=law), speed=5.0, rear=tyre, front=tyre)
     found = system.simulate(time=[0.0, 2.0], inputs={"rear_slip": step(0.1)})
     load = load_bicycle("benchmark").static_loads[0]
     b = 6000.0 / (1.4 * 0.7 * load)
     curved = b * 0.1 + 0.5 * (b * 0.1 - np.arctan(b * 0.1))
     expected = load * (0.7 * np.sin(1.4 * np.arctan(curved)) + 0.02)
-    assert found.outputs["rear_side_force"][1] == pytest.approx(expected, rel=1e-6)
+    assert found.outputs["rear_lateral_force"][1] == pytest.approx(expected, rel=1e-6)
 
 
 def test_samples_that_are_joined_by_straight_lines_are_integrated_from_bend_to_bend():
@@ -156,20 +156,20 @@ def test_refused_models_and_motions():
     with pytest.raises(InputError, match="need a cornering_stiffness > 0 on both wheels"):
         magic_formula_model(build(("side_slip", {"cornering_stiffness": 0.0})), speed=5.0)
     system = magic_formula_model(build(LAGGED), speed=1.0)
-    with pytest.raises(InputError, match="unknown state 'rear_side_force'; known: front_transient_slip"):
-        system.simulate(time=[0, 1], initial={"rear_side_force": 1.0})
+    with pytest.raises(InputError, match="unknown state 'rear_lateral_force'; .*known: front_transient_slip"):
+        system.simulate(time=[0, 1], initial={"rear_lateral_force": 1.0})
     with pytest.raises(InputError, match="unknown input 'steer'"):
         system.simulate(time=[0, 1], inputs={"steer": step(1.0)})
     refuses("unknown input 'steer'", system.trim, {"steer": 1.0})
-    refuses("no steady motion found at 1 m/s; take smaller offsets or inputs", system.trim, {"lateral_force": 5000.0})
+    refuses("no steady motion found at 1 m/s; take smaller offsets or inputs", system.trim, {"lateral_push": 5000.0})
     for lean in (1e250, 1e290):  # which a few seconds, or the first step, carry out of what numbers hold
         with pytest.raises(InputError, match="simulation at 1 m/s stops at .* s: .*probably fallen; take less time"):
             system.simulate(time=[0.0, 400.0], initial={"lean": lean}, tolerance=1e-4)
 
 
 @pytest.mark.parametrize(("given", "words"), [
-    ({"friction": 0.0}, "friction = 0 is outside 0 .. 3 .0 excluded."),
-    ({"friction": np.nan}, "friction = nan is outside"),
+    ({"peak_factor": 0.0}, "peak_factor = 0 is outside 0 .. 3 .0 excluded."),
+    ({"peak_factor": np.nan}, "peak_factor = nan is outside"),
     ({"shape_factor": 2.5}, "shape_factor = 2.5 is outside 0 .. 2 .0 excluded."),
     ({"curvature_factor": 1.1}, "curvature_factor = 1.1 is outside -100 .. 1$"),
     ({"offset": -2.0}, "offset = -2 is outside -1 .. 1$"),
@@ -219,7 +219,7 @@ def test_the_linearisation_of_a_file_with_curves_is_the_linear_model(tmp_path):
 
 
 def test_forces_and_moments_are_those_of_the_file_at_the_lagged_slip(tmp_path):
-    """The yaw acceleration that is left beside the side force is the moment's, up to full sliding."""
+    """The yaw acceleration that is left beside the lateral force is the moment's, up to full sliding."""
     model, tyre = curved(tmp_path, pneumatic_trail={"trail": "tyre"})
     system = magic_formula_model(model, speed=5.0, rear=tyre, front=tyre)
     state, yaw = np.zeros(len(system.states)), system.states.index("yaw_rate")
@@ -227,8 +227,8 @@ def test_forces_and_moments_are_those_of_the_file_at_the_lagged_slip(tmp_path):
     for slip in (1e-5, 0.1, 0.4):
         state[system.states.index("rear_transient_slip")] = slip
         at = {"slip_angle": slip, "load": system.loads[0], "pressure": 5e5}
-        force = tyre.source.side_force(**at)
-        assert system.side_forces(system.slip_matrix @ state)[0] == pytest.approx(force, rel=1e-9)
+        force = tyre.source.lateral_force(**at)
+        assert system.lateral_forces(system.slip_matrix @ state)[0] == pytest.approx(force, rel=1e-9)
         rate = system.rate(state, np.zeros(len(system.inputs))) - system.state_matrix @ state
         left.append((rate - system.force_matrix[:, 0] * force)[yaw])
         moments.append(float(tyre.source.aligning_moment(**at)))
@@ -237,9 +237,9 @@ def test_forces_and_moments_are_those_of_the_file_at_the_lagged_slip(tmp_path):
 
 @dataclass(frozen=True)
 class CurveWithoutMoment:
-    """A file of a tyre that holds no moment: side force by tanh, at a camber of which a third counts as slip."""
+    """A file of a tyre that holds no moment: lateral force by tanh, at a camber of which a third counts as slip."""
 
-    def side_force(self, *, slip_angle, camber, load, pressure):
+    def lateral_force(self, *, slip_angle, camber, load, pressure):
         return 0.8 * load * np.tanh(20.0 * (np.asarray(slip_angle) + np.asarray(camber) / 3.0))
 
     def aligning_moment(self, **_):
@@ -251,7 +251,7 @@ class CurveWithoutMoment:
 def test_a_trail_that_no_curve_gives_falls_with_slip_and_camber_together(kind, slip, camber):
     """t / t0 = 1 / (1 + (z / 0.28)^2), z = C (slip + camber) / (3 peak), whatever the sign."""
     load, stiffness = 400.0, 7000.0
-    tyre = MagicTyre(friction=0.8, shape_factor=1.4) if kind == "magic" else CurveTyre(CurveWithoutMoment(), 5e5)
+    tyre = MagicTyre(peak_factor=0.8, shape_factor=1.4) if kind == "magic" else CurveTyre(CurveWithoutMoment(), 5e5)
     under = tyre.under(load, stiffness)
     # the curve slides whole at its peak up to 20 deg, its slip scaled from 6400 to 7000 N/rad
     peak = 0.8 * load if kind == "magic" else 0.8 * load * np.tanh(20.0 * stiffness / 6400.0 * np.radians(20.0))
@@ -263,10 +263,10 @@ def test_a_trail_that_no_curve_gives_falls_with_slip_and_camber_together(kind, s
 def test_without_a_curve_of_the_moment_the_trail_falls_like_that_of_a_brush():
     """Half of it where (1 - z)^3 = (1 - z + z^2/3) / 2, z = C slip / (3 D load): Pacejka (2012), section 3.2.1."""
     z = next(z for z in np.linspace(0, 1, 10001) if (1 - z) ** 3 <= (1 - z + z * z / 3) / 2)
-    model, tyre = build(LAGGED, ("pneumatic_trail", {"trail": 0.017})), MagicTyre(friction=0.7, shape_factor=1.4)
+    model, tyre = build(LAGGED, ("pneumatic_trail", {"trail": 0.017})), MagicTyre(peak_factor=0.7, shape_factor=1.4)
     system = magic_formula_model(model, speed=5.0, rear=tyre, front=tyre)
     slip = np.full(2, z * 3 * 0.7 * system.loads / np.array([*STIFFNESS.values()]))
     trailing = [one.by_trail(s, np.zeros(())) for one, s in zip(system.tyres, slip, strict=True)]
-    np.testing.assert_allclose(trailing, system.side_forces(slip) / 2, rtol=0.01)
+    np.testing.assert_allclose(trailing, system.lateral_forces(slip) / 2, rtol=0.01)
     assert system.trail_matrix.any()
     assert not magic_formula_model(build(LAGGED), speed=5.0).trail_matrix.any()

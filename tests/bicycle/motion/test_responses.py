@@ -18,7 +18,7 @@ from tests.shared.published_bicycle import K0, K2, G
 from tyre.ground import InputError
 
 REAR, FRONT = 6302.5, 6016.1  # N/rad
-START = {"lean": 0.03, "steer_rate": 0.4, "rear_side_force": 20.0}
+START = {"lean": 0.03, "steer_rate": 0.4, "rear_lateral_force": 20.0}
 
 
 LAW = {"cornering_stiffness": {"rear": REAR, "front": FRONT}, "relaxation_length": 0.12}
@@ -37,7 +37,7 @@ def states_of(model, found):
 def test_steps_pulses_and_doublets_agree_with_a_stiff_solver(tyred):
     time = np.linspace(0.0, 2.0, 81)
     inputs = {
-        "steer_torque": pulse(3.0, start=0.313, duration=0.2), "lateral_force": step(40.0, start=1.017),
+        "steer_torque": pulse(3.0, start=0.313, duration=0.2), "lateral_push": step(40.0, start=1.017),
         "front_slip": doublet(0.02, start=0.55, duration=0.4),
     }  # fmt: skip
     found = respond(tyred, speed=6.0, time=time, initial=START, inputs=inputs)
@@ -76,8 +76,8 @@ def test_slip_step_settles_at_cornering_stiffness_times_slip():
     time = np.linspace(0.0, 0.5, 26)
     found = respond(heavy, speed=4.0, time=time, inputs={"rear_slip": step(0.01)})
     expected = 0.01 * REAR * (1 - np.exp(-4.0 * time / 0.12))
-    assert np.allclose(found.outputs["rear_side_force"], expected, rtol=1e-5, atol=1e-5)
-    assert np.abs(found.outputs["front_side_force"]).max() < 1e-3
+    assert np.allclose(found.outputs["rear_lateral_force"], expected, rtol=1e-5, atol=1e-5)
+    assert np.abs(found.outputs["front_lateral_force"]).max() < 1e-3
 
 
 def test_steady_turn_of_the_whipple_bicycle_holds_its_balance():
@@ -102,7 +102,7 @@ def test_path_integrates_yaw_rate_and_lateral_velocity(tyred):
 @given(speed=st.floats(0.0, 20.0), a=st.floats(-1.0, 1.0), b=st.floats(-1.0, 1.0), split=st.floats(0.05, 0.95))
 def test_superposition_and_restart(tyred, speed, a, b, split):
     time = np.array([0.0, split, 1.0])
-    torque, force = {"steer_torque": step(a)}, {"lateral_force": pulse(30 * b, start=0.2, duration=0.3)}
+    torque, force = {"steer_torque": step(a)}, {"lateral_push": pulse(30 * b, start=0.2, duration=0.3)}
     both = respond(tyred, speed=speed, time=time, initial=START, inputs={**torque, **force})
     alone = {"initial": START}, {"inputs": torque}, {"inputs": force}
     parts = [respond(tyred, speed=speed, time=time, **given) for given in alone]
@@ -142,8 +142,8 @@ def test_csv_has_units_and_all_digits(tyred, tmp_path):
     table = pd.read_csv(tmp_path / "r.csv")
     assert list(table)[:2] == ["time_s", "lean_rad"]
     assert list(table)[-3:] == ["yaw_rad", "rear_lateral_displacement_m", "steer_torque_N_m"]
-    assert {"steer_rate_rad_s", "rear_lateral_velocity_m_s", "rear_side_force_N"} < set(table)
-    assert (np.abs(table["rear_side_force_N"].to_numpy() / found.outputs["rear_side_force"] - 1) < 1e-15).all()
+    assert {"steer_rate_rad_s", "rear_lateral_velocity_m_s", "rear_lateral_force_N"} < set(table)
+    assert (np.abs(table["rear_lateral_force_N"].to_numpy() / found.outputs["rear_lateral_force"] - 1) < 1e-15).all()
     assert table["steer_torque_N_m"].tolist() == [0, 0, 1 / 3, 1 / 3, 1 / 3]
 
 

@@ -46,7 +46,7 @@ def test_the_dataset_has_units(found):
 
 def test_critical_speeds_become_a_table_by_themselves():
     table = pd.DataFrame(critical_speeds(Model(load_bicycle("benchmark"))))
-    assert list(table.columns) == ["speed", "kind", "mode", "frequency_hz", "direction", "begins"]
+    assert list(table.columns) == ["speed", "kind", "mode", "frequency_hz", "direction", "bifurcation"]
     # Meijaard et al. (2007): weave 4.292 m/s, capsize 6.024 m/s
     assert np.allclose(table["speed"], [4.292, 6.024], atol=5e-4)
 

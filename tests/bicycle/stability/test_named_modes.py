@@ -310,7 +310,7 @@ def test_a_model_too_stiff_to_be_computed_is_refused(tyred, law, stiffness):
 
 
 def test_extreme_numbers_overflow_without_a_warning(tyred):
-    stiff = tyred(residual_torque={"steer_from_steer_curve": -1e308, "middle_speed": 0.0})
+    stiff = tyred(unmodelled_torque={"steer_from_steer_curve": -1e308, "middle_speed": 0.0})
     with pytest.raises(InputError, match=r"fastest root is inf 1/s .*[.]steer_from_steer_curve = -1e\+308: give"):
         modes(stiff, [5.0])
     slack = tyred(relaxation_length={"cornering_stiffness": 0.0, "relaxation_length": 0.15})

@@ -76,7 +76,7 @@ def test_without_a_reference_it_is_said_what_that_assumes(folder, capsys, monkey
         ["run4.csv@4", "--output", "yaw_rate"],
         "--output yaw_rate: yaw_rate_rad_s was not recorded; it holds roll_rate_rad_s",
     ),
-    (["run4.csv@4", "--input", "lateral_force"], "--input lateral_force: lateral_force_N was not recorded"),
+    (["run4.csv@4", "--input", "lateral_push"], "--input lateral_push: lateral_push_N was not recorded"),
     (["run4.csv@4", "--segment", "0"], "--segment = 0 must be positive"),
     (["run4.csv@4", "--to-hz", "-1"], "--to-hz = -1 must be positive"),
     (["run4.csv@4", "--segment", "60"], "run4.csv: .* hold .* independent segments of 60 s"),

@@ -123,7 +123,8 @@ def test_a_search_that_finds_no_critical_speed_is_no_error(capsys):
 
 REFUSED = (
     "diagnose no.toml", "explore no", "look no.csv", "tyre fit no --out fit", "modal no.csv@5", "sweep no.toml --out g",
-    "frequency-response no.csv@6", "run no.toml", "ride benchmark --rider-control no", "chart no --x c=1:2 --y w=1:2",
+    "frequency-response no.csv@6", "run no.toml", "closed-loop benchmark --rider-control no",
+    "chart no --x c=1:2 --y w=1:2",
 )  # fmt: skip
 
 

@@ -33,7 +33,7 @@ def test_curves_are_drawn_where_there_are_any(tmp_path, capsys, refused):
         assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
     (tmp_path / "old.tir").write_text(OLD)
     for words, message in (
-        ([str(tmp_path / "old.tir"), "--plot", "a.png"], "it holds no curve of the side force (PCY1, PDY1)"),
+        ([str(tmp_path / "old.tir"), "--plot", "a.png"], "it holds no curve of the lateral force (PCY1, PDY1)"),
         (["Tyre1", "--plot", "a.png"], "is a table of stiffnesses and has no curves"),
         (["--plot", "a.png"], "--plot draws one tyre"),
         (["Tyre1", "--plot", "a.doc"], "the ending must be one of"),
@@ -43,16 +43,16 @@ def test_curves_are_drawn_where_there_are_any(tmp_path, capsys, refused):
 
 
 def test_simulate_takes_the_curves_of_the_file_unless_others_are_given(no_pictures, tmp_path, capsys):
-    """A peak of 0.05 of the load: the side forces of the file stay below it, those of a friction of 0.8 do not."""
+    """A peak of 0.05 of the load: the lateral forces of the file stay below it, those of a friction of 0.8 do not."""
     (tmp_path / "icy.tir").write_text(OLD + "PCY1=1.3\nPDY1=0.05\n")
     largest = []
-    for words in ([], ["--friction", "0.8"]):
+    for words in ([], ["--peak-factor", "0.8"]):
         out = tmp_path / f"out{len(words)}"
         main(["simulate", "benchmark", "--tyre", str(tmp_path / "icy.tir"), "--speed", "5", "--duration", "0.2",
               "--step", "0.01", "--initial", "steer=0.1", "--nonlinear", "--out", str(out), *words])  # fmt: skip
         told = "follow its curves, without its shifts" in capsys.readouterr().err
         assert told == (not words)
-        forces = pd.read_csv(out / "response_magic_formula.csv").filter(like="side_force").abs().max()
-        largest.append(float(forces["rear_side_force_N"] if "rear_side_force_N" in forces else forces.max()))
+        forces = pd.read_csv(out / "response_magic_formula.csv").filter(like="lateral_force").abs().max()
+        largest.append(float(forces["rear_lateral_force_N"] if "rear_lateral_force_N" in forces else forces.max()))
     load = load_bicycle("benchmark").static_loads[0]
     assert largest[0] <= 0.05 * load * (1 + 1e-9) < largest[1]

@@ -100,7 +100,7 @@ def test_slopes_are_the_differences_of_the_residual(tmp_path):
     lines += [f"hold,lifted,{x:g},,up,,,{x + 1:g},{arm},0.1" for x in ANGLES for arm in (200, 300)]
     forward = read_measurement(write(tmp_path, lines, head=head)).prepare()
     names = ("steer_spring", "steer_damper", "steer_friction", "contact_scrub", "steer_torque_scale",
-             "steer_torque_zero", "force_scale", "force_zero", "lever_arm_error", "steer_zero", "bar_bag",
+             "steer_torque_zero", "force_scale", "force_zero", "lever_arm_error", "steer_zero", "handlebar_bag",
              "crown_radius")  # fmt: skip
     candidates = chosen(forward, *names)
     theta = np.array([*forward.nominal, *(x for c in candidates for x in c.starts[1])])
@@ -196,7 +196,7 @@ def test_what_a_bench_test_cannot_see_is_said(tmp_path):
         ("does not change the torque at the bar", ("steer_damper", "luggage", "crown_radius", "front_compliance")),
     ):
         assert all(words in refused[name] for name in names)
-    assert {c.identifier for c in forward.candidates if c.effect is not None} == {"steer_spring", "bar_bag"}
+    assert {c.identifier for c in forward.candidates if c.effect is not None} == {"steer_spring", "handlebar_bag"}
     assert any(
         "relaxation_length, twisting_torque of the base model: without effect at rest" in n for n in forward.notes
     )

@@ -79,9 +79,9 @@ def test_a_lateral_force_and_tyres_are_those_of_the_responses_of_the_linear_mode
     model = read_measurement(write(tmp_path, rows(), toml=toml + TABLE)).model
     lines = []
     for v in SPEEDS:
-        found = frequency_response(model, speed=v, input="lateral_force", frequency_hz=HERTZ).outputs["yaw_rate"]
+        found = frequency_response(model, speed=v, input="lateral_push", frequency_hz=HERTZ).outputs["yaw_rate"]
         lines += [
-            f"lateral_force,yaw_rate,{f:.12g},{v},{h.real:.12g},{h.imag:.12g},{1e-5 * abs(h):.6g}"
+            f"lateral_push,yaw_rate,{f:.12g},{v},{h.real:.12g},{h.imag:.12g},{1e-5 * abs(h):.6g}"
             for f, h in zip(HERTZ, found, strict=True)
         ]
     forward = read_measurement(write(tmp_path, lines, toml=toml + TABLE)).prepare()
@@ -242,7 +242,7 @@ def test_further_measurements_are_predicted(tmp_path):
     forward = read_measurement(write(tmp_path, rows())).prepare()
     proposed = {p.what: p for p in forward.propose_measurements()}
     assert "the response of the yaw rate to the steer torque at the measured speeds" in proposed
-    assert "the response to a lateral force at the measured speeds" in proposed
+    assert "the response to a lateral push at the measured speeds" in proposed
     damper = chosen(forward, "steer_damper")
     for proposal in proposed.values():
         value, slope = proposal.predict_white(damper, np.array([*forward.nominal, 0.5]))

@@ -224,10 +224,10 @@ def test_the_sensors_of_a_ratio(identifier, change, size):
     assert gain > 50
 
 
-@pytest.mark.parametrize(("identifier", "part"), [("luggage", "B"), ("bar_bag", "H")])
+@pytest.mark.parametrize(("identifier", "part"), [("luggage", "B"), ("handlebar_bag", "H")])
 def test_a_mass_that_the_file_does_not_have(identifier, part):
     """3 kg put into a frame by the parallel axis theorem, the file without; the place is told."""
-    x, z = {"luggage": (-0.05, -0.85), "bar_bag": (0.9, -0.95)}[identifier]
+    x, z = {"luggage": (-0.05, -0.85), "handlebar_bag": (0.9, -0.95)}[identifier]
     bicycle = load_bicycle("benchmark")
     points = weave_of(enlarged(bicycle, part, 3.0, x, z))
     measurement = Modal(

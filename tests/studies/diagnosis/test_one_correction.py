@@ -72,13 +72,13 @@ def test_the_model_file_holds_what_the_line_says_is_added(reported):
     word, diagnosis, screen, folder = reported
     content = tomllib.loads((folder / "model.toml").read_text())
     wanted = [] if SUITS[word] == "none" else [SUITS[word]]
-    wanted += ["residual_torque"] if word in KEEP_A_TORQUE else []
+    wanted += ["unmodelled_torque"] if word in KEEP_A_TORQUE else []
     base = {e.identifier for e in diagnosis.kind.model.effects}
     assert set(content.get("effects", {})) - base == set(wanted)
     assert f", {' + '.join(wanted) or 'nothing'} added" in screen["added"]
     assert f"{' + '.join(wanted) or 'nothing'} added" in content["description"]
     assert ("a torque without a cause (" in screen["what"]) == (word in KEEP_A_TORQUE)
-    assert ("With the residual torque" in screen["shown"]) == (word in KEEP_A_TORQUE)
+    assert ("With the unmodelled torque" in screen["shown"]) == (word in KEEP_A_TORQUE)
 
 
 def test_sizes_in_the_sentence_are_those_of_the_model_file(reported):
@@ -99,7 +99,7 @@ def test_sizes_in_the_sentence_are_those_of_the_model_file(reported):
         torque = {
             key.partition(".")[2]: (value, model.sd[key])
             for key, value in model.parameters.items()
-            if key.startswith("residual_torque.") and 0 < model.sd[key] < abs(value)
+            if key.startswith("unmodelled_torque.") and 0 < model.sd[key] < abs(value)
         }
         shown = re.findall(r"((?:steer|lean) torque from [a-z ,]+?) (-?[\d.e+]+) ± ([\d.e+-]+) N m", told)
         assert 1 <= len(shown) == min(3, len(torque))

@@ -91,7 +91,7 @@ def test_where_nothing_is_named_the_words_tell_single_effects_from_several():
     assert f"drift + steer_spring, {100 * alike.left:.0f} %. No single effect leaves" in shown
 
 
-def test_a_residual_torque_predicts_them_too():
+def test_an_unmodelled_torque_predicts_them_too():
     """With a library that does not know the friction, what is kept of it predicts better than what is named."""
     diagnosis = among(read_measurement("synthetic_kicks"), ("steer_spring",))
     findings = find(diagnosis)
@@ -99,8 +99,8 @@ def test_a_residual_torque_predicts_them_too():
     assert findings.torque is not None
     assert kicks.chi2["with_torque"] < kicks.chi2["final"]
     assert record(diagnosis, findings)["predicted"][0]["gap"]["with_torque"] == kicks.gap["with_torque"]
-    shown = page(diagnosis, findings, {"residual_torque": ""})
-    assert "| with a residual torque, parameters adjusted |" in shown
+    shown = page(diagnosis, findings, {"unmodelled_torque": ""})
+    assert "| with an unmodelled torque, parameters adjusted |" in shown
 
 
 def test_a_base_model_that_falls_over_or_has_no_gap_gives_no_share():

@@ -51,12 +51,12 @@ def test_the_verdict_stays_and_the_torque_is_no_name(reported):
     assert {key: written[key] for key in plain} == plain
     named = (written["sentence"], *verdict.posterior, *verdict.equivalent, *(m.what for m in verdict.mimics))
     assert not any("residual" in text for text in named)
-    assert "residual_torque" in verdict.refused
-    assert "residual_torque" not in {e["identifier"] for e in written["effects"]}
+    assert "unmodelled_torque" in verdict.refused
+    assert "unmodelled_torque" not in {e["identifier"] for e in written["effects"]}
 
 
 def test_the_json_has_the_torque_with_its_covariance(reported):
-    found = json.loads((reported.folder / "verdict.json").read_text())["residual_torque"]
+    found = json.loads((reported.folder / "verdict.json").read_text())["unmodelled_torque"]
     assert (found["fitted"], found["name_of_a_cause"]) == (True, False)
     assert found["coefficients"]["steer_from_steer_rate"]["unit"] == "N m s/rad"
     names, matrix = found["covariance"]["coefficients"], np.array(found["covariance"]["matrix"])
@@ -73,13 +73,13 @@ def test_the_json_has_the_torque_with_its_covariance(reported):
 def test_the_page_has_a_section_with_its_figure(reported):
     text = read_report(reported.folder)
     section = text.split("What could not be named</summary>")[1].split("</details>")[0]
-    assert "is kept as a torque linear in the state (`residual_torque`): not a cause." in section
+    assert "is kept as a torque linear in the state (`unmodelled_torque`): not a cause." in section
     value = reported.findings.torque.values["steer_from_steer_rate"]
     assert f"| steer torque from steer rate | {number(value, 3)} N m s/rad |" in section
-    assert (reported.folder / "residual_torque.png").stat().st_size > 10_000
+    assert (reported.folder / "unmodelled_torque.png").stat().st_size > 10_000
     model = read_model(reported.folder / "model.toml")
-    assert "residual_torque" in [e.identifier for e in model.effects]
-    assert (reported.folder / "report.html").read_text().count("residual_torque.png") == 1
+    assert "unmodelled_torque" in [e.identifier for e in model.effects]
+    assert (reported.folder / "report.html").read_text().count("unmodelled_torque.png") == 1
 
 
 @pytest.mark.parametrize("command", [("modes",), ("critical",), ("uncertainty", "--samples", "50")])
@@ -90,11 +90,14 @@ def test_other_commands_read_the_corrected_model(reported, printed, command):
 def test_nothing_is_said_if_nothing_was_left_open_and_a_refusal_says_why(reported):
     closed = dataclasses.replace(reported.findings, torque=None)
     assert "What could not be named" not in page(reported.diagnosis, closed, {})
-    assert record(reported.diagnosis, closed)["residual_torque"] is None
+    assert record(reported.diagnosis, closed)["unmodelled_torque"] is None
     refused = dataclasses.replace(closed, no_torque="all data are of one run")
     text = page(reported.diagnosis, refused, {})
-    assert "No residual torque is kept: all data are of one run." in text
-    assert record(reported.diagnosis, refused)["residual_torque"] == {"fitted": False, "why": "all data are of one run"}
+    assert "No unmodelled torque is kept: all data are of one run." in text
+    assert record(reported.diagnosis, refused)["unmodelled_torque"] == {
+        "fitted": False,
+        "why": "all data are of one run",
+    }
 
 
 def test_the_gain_on_data_left_out_is_told_in_chi2(reported):
@@ -109,10 +112,10 @@ def test_the_gain_on_data_left_out_is_told_in_chi2(reported):
 def test_it_cannot_be_asked_for(reported, capsys):
     file = reported.folder.parent / "MEASUREMENT.toml"
     with pytest.raises(SystemExit, match="2"):
-        main(["diagnose", str(file), "--with", "residual_torque"])
-    assert "residual_torque: no cause that could be named" in capsys.readouterr().err
-    forward = read_measurement(file).prepare(without=("residual_torque",))
-    assert "residual_torque" not in {c.identifier for c in forward.candidates}
+        main(["diagnose", str(file), "--with", "unmodelled_torque"])
+    assert "unmodelled_torque: no cause that could be named" in capsys.readouterr().err
+    forward = read_measurement(file).prepare(without=("unmodelled_torque",))
+    assert "unmodelled_torque" not in {c.identifier for c in forward.candidates}
 
 
 def left_open(measurement):

@@ -68,7 +68,7 @@ def test_gusts_are_named_where_nothing_else_explains(tmp_path):
 
 @pytest.mark.parametrize("cause", ["pedalling", "steering", "side_gusts"])
 def test_a_torque_that_nobody_recorded_has_a_true_size_and_frequency(cause):
-    """Published equations; a side force at the mass centre leans by its height, and steers by its place and trail."""
+    """Published equations; a lateral force at the mass centre leans by its height and steers by its place and trail."""
     rng, runs, square, keep = np.random.default_rng(1), [], [], np.exp(-FINE / 2 / 0.3)
     key, unit, steer, lean = {
         "pedalling": ("lean_torque_rms", "N m", 0.01, 3.0),

@@ -18,7 +18,7 @@ RIG = 'kind = "rig"\ndescription = "Synthetic."\n[rig]\nrecordings = "new"\n[rig
 def folder(tmp_path):
     rng = np.random.default_rng(8)
     run = sweep(rng, TYRES["magic formula"])
-    again = replace(run, side_force=run.side_force + rng.normal(0.0, 1.0, run.time.size))
+    again = replace(run, lateral_force=run.lateral_force + rng.normal(0.0, 1.0, run.time.size))
     for place, recording in (("old", run), ("new", two_gains(again, 0.15))):
         (tmp_path / place).mkdir()
         write_csv(recording, tmp_path / place / "sweep.csv")

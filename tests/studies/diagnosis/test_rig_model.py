@@ -49,8 +49,8 @@ def test_a_slip_sensor_that_reads_a_tenth_too_much_stretches_the_curve_with_all_
         forward.sweep_terms(true, own),
         forward.sweep_terms(seen, own | {"slip gain": np.array([0.1])}),
     )
-    expected = true.side_force(terms, slopes=False)[0]
-    np.testing.assert_allclose(seen.side_force(stretched, slopes=False)[0], expected, atol=1e-9 * np.ptp(expected))
+    expected = true.lateral_force(terms, slopes=False)[0]
+    np.testing.assert_allclose(seen.lateral_force(stretched, slopes=False)[0], expected, atol=1e-9 * np.ptp(expected))
 
 
 def test_a_faster_sweep_that_is_proposed_is_as_fast_as_its_words(forward):

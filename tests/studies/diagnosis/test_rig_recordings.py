@@ -45,7 +45,7 @@ REFERENCE = Reference((CURVE,), "the truth of the simulator")
 FLAT = Condition(tyre="Synthetic", load=400.0, pressure=5.5e5, surface="flat", rim="laboratory", temperature=22.0)
 DRUM = dataclasses.replace(FLAT, surface="drum", drum_radius=1.3)
 FAIR = (Noise(), LoadCellDrift(rate=1.0), Remounting(), DialGauge(), SensorGain(force=0.002, slip=-0.002))
-CHANNELS = ("time", "slip_angle", "side_force", "vertical_load", "aligning_moment", "speed", "temperature")
+CHANNELS = ("time", "slip_angle", "lateral_force", "vertical_load", "aligning_moment", "speed", "temperature")
 
 
 def sweep(seed, *effects, tyre=STEADY, condition=FLAT, rate=1.0, branch=None, **protocol):
@@ -120,7 +120,9 @@ def test_rim_displacement_ignored():
 def test_a_pull_that_falls_a_quarter_behind_a_straight_line_is_no_straight_line():
     test = pull(4)
     share = 0.25 * np.abs(test.plate_displacement) / np.abs(test.plate_displacement).max()
-    assert verdict(pulls=[dataclasses.replace(test, side_force=(1 - share) * test.side_force)]).verdict == "unknown"
+    assert (
+        verdict(pulls=[dataclasses.replace(test, lateral_force=(1 - share) * test.lateral_force)]).verdict == "unknown"
+    )
 
 
 def test_rig_friction_in_a_pull():
@@ -164,7 +166,7 @@ def test_slip_offset_and_force_offset_are_told_apart_by_both_branches():
 def test_a_late_force_channel():
     late = 0.012
     runs = [sweep(31), sweep(32, rate=2.0), sweep(33, rate=2.0, speed=5.0)]
-    runs = [dataclasses.replace(r, side_force=np.interp(r.time - late, r.time, r.side_force)) for r in runs]
+    runs = [dataclasses.replace(r, lateral_force=np.interp(r.time - late, r.time, r.lateral_force)) for r in runs]
     found = verdict(runs)
     assert (found.verdict, found.equivalent) == ("named", ("channel_delay",))
     check_size(found, "channel_delay", "delay", late)
@@ -173,7 +175,7 @@ def test_a_late_force_channel():
 def test_a_force_cell_with_another_gain_to_the_left():
     """Readings are changed by hand; the simulator's own effect does the same to them."""
     runs = [sweep(34), sweep(35, rate=2.0)]
-    by_hand = [dataclasses.replace(r, side_force=r.side_force + 0.02 * np.abs(r.side_force)) for r in runs]
+    by_hand = [dataclasses.replace(r, lateral_force=r.lateral_force + 0.02 * np.abs(r.lateral_force)) for r in runs]
     forward = measurement(by_hand).prepare()
     candidate = next(c for c in forward.candidates if c.identifier == "force_gain_by_sign")
     found = fit(forward, (candidate,))
@@ -182,9 +184,9 @@ def test_a_force_cell_with_another_gain_to_the_left():
     assert sd < 0.01
     assert fit(forward).objective - found.objective > 20
     assert candidate.unknowns[0].least == 0.002
-    channels = {"side_force": runs[0].side_force.copy()}
+    channels = {"lateral_force": runs[0].lateral_force.copy()}
     ForceGainBySign(difference=0.04).on_rolling(channels, np.random.default_rng(0))
-    np.testing.assert_allclose(channels["side_force"], by_hand[0].side_force, rtol=1e-12)
+    np.testing.assert_allclose(channels["lateral_force"], by_hand[0].lateral_force, rtol=1e-12)
 
 
 def test_a_gain_by_sign_needs_both_signs():
@@ -327,7 +329,7 @@ def test_a_step_is_left_out_and_said(folder):
         (RIG.replace('"drum"', '"nowhere"') + VALUES, "no such folder"),
         (RIG.replace('"drum"', "3") + VALUES, "must be a folder in quotes or a list of files"),
         (RIG.replace('"drum"', '["flat/sweep_0.csv", "drum/sweep_0.csv"]') + VALUES, "two files of that name"),
-        (RIG.replace('"drum"', '["step/step.csv"]') + VALUES, "no slip sweep and no pull test"),
+        (RIG.replace('"drum"', '["step/step.csv"]') + VALUES, "no slip sweep and no lateral stiffness test"),
         (RIG.replace('"drum"', '["flat/sweep_0.csv", "other/sweep.csv"]') + VALUES, "recordings of 2 tyres"),
         (RIG.replace('"drum"', '"other"') + 'recordings = "flat"\n', "of 'Another', the reference is of 'Synthetic'"),
         (
@@ -380,7 +382,7 @@ def test_what_is_wrong_in_the_file_is_said(folder, text, words):
     ("rest", "words"),
     [
         ({"includes": ("sweep_leg",)}, "unknown rig effect 'sweep_leg'; did you mean 'sweep_lag'"),
-        ({"includes": ("rim_compliance",)}, "includes 'rim_compliance', but: no pull test"),
+        ({"includes": ("rim_compliance",)}, "includes 'rim_compliance', but: no lateral stiffness test"),
         (
             {"reference": Reference((Curve(400.0, 5.5e5, None, (K, 1.0)),), "K only")},
             "the reference .K only. has no cornering stiffness at 400 N",
@@ -395,10 +397,10 @@ def test_what_the_recordings_cannot_show_is_refused(rest, words):
 def test_a_recording_counts_once():
     """Pulls with the same weights are not the same recording; a copy is, gaps included."""
     first, second = pull(68), pull(69)
-    measurement(pulls=[first, dataclasses.replace(second, side_force=first.side_force)])
-    gap = first.side_force.copy()
+    measurement(pulls=[first, dataclasses.replace(second, lateral_force=first.lateral_force)])
+    gap = first.lateral_force.copy()
     gap[3] = np.nan
-    copy = dataclasses.replace(first, side_force=gap)
+    copy = dataclasses.replace(first, lateral_force=gap)
     with pytest.raises(InputError, match="p 1: the same recording as p 0; keep one, or it counts twice"):
         measurement(pulls=[copy, copy])
     run = sweep(1)

@@ -84,7 +84,7 @@ def test_it_is_asked_of_what_fits_alone(tmp_path):
     found.verdict = SimpleNamespace(verdict="unknown", equivalent=())
     assert not any("torque_between_samples" in one for one in doubts(found))
     (told,) = (one for one in doubts(found, found.final) if "torque_between_samples" in one)
-    assert "with parameters only and the residual torque is " in told
+    assert "with parameters only and the unmodelled torque is " in told
 
 
 def test_who_states_held_is_believed(tmp_path):

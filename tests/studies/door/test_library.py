@@ -72,7 +72,7 @@ def test_head_angle_is_the_tilt_from_the_horizontal(no_pictures, tmp_path, capsy
     assert model.bicycle["lam"] == pytest.approx(lam, rel=1e-15)
     assert model.bicycle.sd["lam"] == pytest.approx(np.radians(0.5), rel=1e-12)
     assert (model.bicycle["w"], model.bicycle["c"]) == (1.02, 0.08)
-    found = vt.sweep("benchmark", "largest_growth_rate", speeds=5.0, head_angle=[71.0, 72.0])
+    found = vt.sweep("benchmark", "max_growth_rate", speeds=5.0, head_angle=[71.0, 72.0])
     assert found.lam.values == pytest.approx(np.radians([19.0, 18.0]))
     main(["root-locus", "benchmark", "--parameter", "trail", "--range", "0.06:0.1", "--speed", "5", "--json", "-",
           "--out", str(tmp_path)])  # fmt: skip

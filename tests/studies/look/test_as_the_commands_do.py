@@ -95,14 +95,14 @@ def test_samples_said_to_be_left_out_do_not_move_the_fit_and_others_do(rig):
     assert event.used == used.sum() < run.time.size
     before = fit_slip_sweep(run).cornering_stiffness.value
     for which, moves in ((~used, False), (used & (np.cumsum(used) < 200), True)):
-        force = np.where(which, run.side_force + 30.0, run.side_force)
-        after = fit_slip_sweep(replace(run, side_force=force)).cornering_stiffness.value
+        force = np.where(which, run.lateral_force + 30.0, run.lateral_force)
+        after = fit_slip_sweep(replace(run, lateral_force=force)).cornering_stiffness.value
         assert (abs(after / before - 1) > 1e-6) == moves
 
 
-def test_a_pull_test_of_a_testing_machine_is_fitted_once_the_draft_is_filled_in(looked, tmp_path, capsys):
+def test_a_lateral_stiffness_test_of_a_testing_machine_is_fitted_once_the_draft_is_filled_in(looked, tmp_path, capsys):
     stiffness = pull_export(tmp_path / "pull.txt")
-    (event,) = use(looked(tmp_path / "pull.txt", tmp_path / "drafts"), "pull test").events
+    (event,) = use(looked(tmp_path / "pull.txt", tmp_path / "drafts"), "lateral stiffness test").events
     capsys.readouterr()
     with pytest.raises(SystemExit):  # what is marked must be filled in
         main(["tyre", "fit", str(tmp_path / "drafts"), "--out", str(tmp_path / "fit"), "--jobs", "1"])

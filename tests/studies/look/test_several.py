@@ -28,7 +28,7 @@ def test_six_alike_are_told_in_few_lines_and_a_folder_is_taken(tmp_path, capsys)
     told = capsys.readouterr()
     lines = told.out.splitlines()
     assert len(lines) < 30
-    assert told.out.count("no channel could be the side force, the plate displacement") == 1
+    assert told.out.count("no channel could be the lateral force, the plate displacement") == 1
     assert "6 files with the channels time = time [s], roll_rate = roll rate [rad/s]" in told.out
     assert sum("free decay (modal): 0.7" in line for line in lines) == 6
     assert sum("  next: velotyre modal" in line for line in lines) == 6
@@ -52,7 +52,7 @@ def test_a_pull_takes_the_load_that_was_read(tmp_path):
     path = tmp_path / "p.csv"
     path.write_text("\n".join(["plate [mm],rim [mm],Fy [N],Fz [N]", *rows, ""]))
     found = look(path)
-    (pull,) = (use for use in found.uses if use.name == "pull test")
+    (pull,) = (use for use in found.uses if use.name == "lateral stiffness test")
     assert "load" not in pull.provided
     (draft,) = drafts(found, tmp_path)
     (line,) = (line for line in draft.text.splitlines() if line.startswith("load_N"))

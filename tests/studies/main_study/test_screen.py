@@ -17,15 +17,15 @@ STILL = [(0, True), (0, True), (0, False), (0, False)]
 @pytest.mark.parametrize(("worlds", "counts", "word"), [
     (STILL, (0, 0), "no practical difference"),
     (STILL, (3, 3), "no practical difference"),
-    (STILL, (4, 3), "cannot be said"),  # more than a tenth of 64 moves
-    ([(1, True), *STILL[1:]], (64, 0), "cannot be said"),  # a yes on an assumed front alone
+    (STILL, (4, 3), "inconclusive"),  # more than a tenth of 64 moves
+    ([(1, True), *STILL[1:]], (64, 0), "inconclusive"),  # a yes on an assumed front alone
     ([(1, False), *STILL[1:]], (64, 0), "yes"),  # the front is given
     ([(1, False), *STILL[1:]], (58, 0), "yes"),
-    ([(1, False), *STILL[1:]], (57, 0), "cannot be said"),  # fewer than nine of ten of 64
+    ([(1, False), *STILL[1:]], (57, 0), "inconclusive"),  # fewer than nine of ten of 64
     ([(1, True), (0, True), (1, False), (0, False)], (64, 0), "yes"),  # a rigid front says so too
-    ([(1, False), (-1, False), *STILL[2:]], (64, 0), "cannot be said"),
+    ([(1, False), (-1, False), *STILL[2:]], (64, 0), "inconclusive"),
     ([(-1, False), *STILL[1:]], (0, 60), "yes"),  # farther away
-    ([(0, False), (0, False)], (0, 0), "cannot be said"),  # two worlds are not known
+    ([(0, False), (0, False)], (0, 0), "inconclusive"),  # two worlds are not known
 ])  # fmt: skip
 def test_the_word_follows_the_rule(worlds, counts, word):
     assert word_of(worlds, *counts, 64) == word
@@ -34,7 +34,7 @@ def test_the_word_follows_the_rule(worlds, counts, word):
 def test_the_word_of_a_tyre_of_one_condition():
     assert word_of(STILL, 0, 0, 64, two=False) == "no"
     assert word_of([(1, False), *STILL[1:]], 64, 0, 64, two=False) == "yes"
-    assert word_of([(1, True), *STILL[1:]], 64, 0, 64, two=False) == "cannot be said"
+    assert word_of([(1, True), *STILL[1:]], 64, 0, 64, two=False) == "inconclusive"
 
 
 def test_the_worlds_are_those_of_the_results(racing):
@@ -44,13 +44,13 @@ def test_the_worlds_are_those_of_the_results(racing):
         low, high = (racing.result(one.setup, racing.subject[k]).span(limit) for k in (0, -1))
         assert one.longer == pytest.approx(unstable_length(low, limit) - unstable_length(high, limit))
     assert [one.assumed for one in found.worlds] == [True, True, False, False]
-    assert found.word == "cannot be said"
+    assert found.word == "inconclusive"
     change = [np.nan_to_num(p.end - p.onset) for p in racing.plausible]
     assert (found.longer, found.count) == ((change[0] - change[1] >= 1.0).sum(), 6)
 
 
 def test_a_front_that_is_given_may_say_yes(racing):
-    assert answer(altered(racing, CLOSER, {LOW: STAY - 1})).word == "cannot be said"
+    assert answer(altered(racing, CLOSER, {LOW: STAY - 1})).word == "inconclusive"
     own = Front(from_file=True)
     study = altered(racing, CLOSER, {LOW: STAY - 1})
     results = tuple(replace(r, setup=replace(r.setup, front=own)) if r.setup.front else r for r in study.results)
@@ -86,19 +86,19 @@ def test_the_first_screen_is_short_and_true(racing, heavy):
 
 def test_what_could_not_be_compared_is_said(racing):
     stable = altered(racing, {LOW: (None, None, 0.03), HIGH: (None, None, 0.05)}, {LOW: STAY - 2})
-    assert "Cannot be said. Some plausible bicycles say otherwise than the four worlds." in told(stable)
+    assert "Inconclusive. Some plausible bicycles say otherwise than the four worlds." in told(stable)
     assert (
         "Less air leaves the unstable speeds as they are (hands off, flexible front); the least damping ratio"
         in told(stable)
     )
     gone = replace(racing, results=tuple(r for r in racing.results if r.setup != racing.settings.setups[3]))
-    assert "Cannot be said. Not all four worlds could be computed." in told(gone)
+    assert "Inconclusive. Not all four worlds could be computed." in told(gone)
 
 
 def test_the_record_holds_worlds_word_and_rule(racing, monkeypatch, tmp_path, printed):
     found = record(racing, answer(racing))
     assert json.loads(json.dumps(found)) == found
-    assert (found["word"], len(found["worlds"])) == ("cannot be said", 4)
+    assert (found["word"], len(found["worlds"])) == ("inconclusive", 4)
     first = found["worlds"][0]
     assert (first["hands"], first["front"], first["front_assumed"]) == ("off", "flexible", True)
     assert first["low"]["from_m_s"] == racing.result(racing.settings.reference, racing.subject[0]).span(30.0).low

@@ -88,7 +88,7 @@ def test_run_prints_the_question_then_the_answer_and_writes_all(racing, monkeypa
     assert lines[0] == (
         "Does less air in Tyre1 (flat track) bring a Pista track bicycle with a rider in the drops closer to wobble?"
     )
-    assert lines[2].startswith("Cannot be said. ")
+    assert lines[2].startswith("Inconclusive. ")
     assert lines[4].split() == ["unstable", "wobble", "3.5", "bar", "7.5", "bar"]
     assert lines[-2] == f"figure: {(folder / 'headline.png').as_posix()}"
     assert lines[-1] == f"report: {(folder / 'report.html').as_posix()}"
@@ -99,7 +99,7 @@ def test_run_prints_the_question_then_the_answer_and_writes_all(racing, monkeypa
     figures = {"headline", "amplitude", "causes", "damping_ratio", "critical_speeds"}
     assert {f"{name}.png" for name in figures} == {name for name in names if name.endswith(".png")}
     assert {f"{name}.svg" for name in figures} < names
-    assert {"report.html", "eigenvalues.csv", "wobble.csv", "hinges.csv", "run.manifest.json"} < names
+    assert {"report.html", "eigenvalues.csv", "wobble.csv", "one_at_a_time.csv", "run.manifest.json"} < names
     assert set(re.findall(r"\]\(([^)#]+\.png)\)", text)) == {f"{name}.png" for name in figures}
 
 

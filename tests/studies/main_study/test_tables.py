@@ -29,20 +29,20 @@ def ours(study, who, quantity):
 
 NAMES = [
     "tyre_properties", "eigenvalues", "damping_ratios", "critical_speeds", "decomposition_damping_ratio",
-    "decomposition_critical_speed", "wobble", "hinges", "plausible_fronts", "published", "monte_carlo",
+    "decomposition_critical_speed", "wobble", "one_at_a_time", "front_frame_samples", "published", "monte_carlo",
 ]  # fmt: skip
 CONDITION = ["bicycle", "tyre", "surface", "pressure_rear_bar", "pressure_front_bar", "hands", "front", "extrapolated"]
 
 
 def test_tables_are_tidy(racing, every):
     assert list(every) == NAMES
-    for name in ("eigenvalues", "damping_ratios", "critical_speeds", "wobble", "plausible_fronts", "monte_carlo"):
+    for name in ("eigenvalues", "damping_ratios", "critical_speeds", "wobble", "front_frame_samples", "monte_carlo"):
         assert list(every[name])[: len(CONDITION)] == CONDITION, name
     lengths = {name: len(table) for name, table in every.items()}
     assert lengths["tyre_properties"] == 2 * 5
     assert lengths["wobble"] == 4 * 3 + 2
-    assert lengths["hinges"] == 2 * len(racing.hinges)
-    assert lengths["plausible_fronts"] == 6 * len(racing.plausible)
+    assert lengths["one_at_a_time"] == 2 * len(racing.hinges)
+    assert lengths["front_frame_samples"] == 6 * len(racing.plausible)
     assert lengths["critical_speeds"] == sum(len(r.crossings) for r in racing.results)
     keys = ["tyre", "surface", "pressure_rear_bar", "hands", "front"]
     assert not every["wobble"].duplicated(keys).any()
@@ -81,7 +81,7 @@ def test_wobble_is_that_of_the_critical_speeds(every):
     stable = wobble[~wobble["unstable"]]
     assert len(stable) == 3 * 3
     assert stable["from_m_s"].isna().all()
-    assert (stable["least_damping_ratio"] > 0).all()
+    assert (stable["min_damping_ratio"] > 0).all()
 
 
 def test_files_hold_the_tables(racing, every, tmp_path):

@@ -53,12 +53,12 @@ def test_in_a_sweep_computed_and_drawn(toys, no_pictures, tmp_path, capsys):
 
     content = {
         "model": MODEL, "grid": SPEEDS | {"c": [0.06, 0.07, 0.08, 0.09], "mB": [80.0, 90.0]},
-        "outputs": ["slowest_decay", "turns", "trail_speed", "front_load", "largest_growth_rate", "frequencies"],
+        "outputs": ["slowest_decay", "turns", "trail_speed", "front_load", "max_growth_rate", "frequencies"],
     }  # fmt: skip
     out = tmp_path / "toy.zarr"
     main(["sweep", str(write_file(tmp_path, content)), "--out", str(out), "--plot"])
     with xr.open_zarr(out, consolidated=False) as data:
-        np.testing.assert_array_equal(data.slowest_decay, -data.largest_growth_rate)
+        np.testing.assert_array_equal(data.slowest_decay, -data.max_growth_rate)
         np.testing.assert_array_equal(data.turns, data.frequencies)
         np.testing.assert_allclose(data.trail_speed.sel(c=0.06, mB=80.0), 0.06 * data.speed_m_s, rtol=1e-12)
         loads = [load_bicycle("benchmark").replace(mB=mass).static_loads[1] for mass in (80.0, 90.0)]
@@ -123,9 +123,9 @@ def test_in_uncertainty(toys, capsys):
 
 
 @pytest.mark.parametrize("command", [
-    ["uncertainty", "benchmark", "--sd", "mB=2", "--output", "largest_growth"],
-    ["chart", "benchmark", "--x", "speed", "--y", "c", "--contours", "largest_growth"],
+    ["uncertainty", "benchmark", "--sd", "mB=2", "--output", "max_growth"],
+    ["chart", "benchmark", "--x", "speed", "--y", "c", "--contours", "max_growth"],
 ])  # fmt: skip
 def test_an_unknown_output_is_refused(command, tmp_path, refused):
     words = refused(*command, *(["--out", tmp_path] if command[0] == "chart" else []))
-    assert "unknown output 'largest_growth'; did you mean 'largest_growth_rate'" in words
+    assert "unknown output 'max_growth'; did you mean 'max_growth_rate'" in words

@@ -42,7 +42,7 @@ def wobbly(folder, monkeypatch):
 @pytest.fixture(scope="module")
 def shown(folder):
     """Text of one run that writes a table, a record and a picture beside the file."""
-    words = "wobbly.toml --speeds 10,34.5,37.5,40 --csv a.csv --json a.json --plot a.png --kick steer_torque"
+    words = "wobbly.toml --speeds 10,34.5,37.5,40 --csv a.csv --json a.json --plot a.png --impulse steer_torque"
     with pytest.MonkeyPatch.context() as patched, redirect_stdout(StringIO()) as said:
         patched.chdir(folder)
         main(["amplitude", *words.split()])
@@ -61,7 +61,8 @@ def found(folder):
 
 def test_table_record_and_picture(folder, shown, told):
     for line in (
-        "wobble at 2.85 m/s: grows gently", "weave at 38.94 m/s: jumps", "weave at 5.41 m/s: not determined (slower",
+        "wobble at 2.85 m/s: supercritical", "weave at 38.94 m/s: subcritical",
+        "weave at 5.41 m/s: not determined (slower",
         "weave: folds at 34.10 m/s with 12.1° at the bar", "1 of 6 motions leave linear geometry",
         "proportional to D, here 0.8",
     ):  # fmt: skip
@@ -72,7 +73,12 @@ def test_table_record_and_picture(folder, shown, told):
     words = "speed_m_s mode stable steer_amplitude_deg frequency_Hz acceleration_m_s2"
     assert list(frame) == words.split()
     assert [one["within_geometry"] for one in told["cycles"]] == [True, True, True, True, True, False]
-    assert [one["begins"] for one in told["critical"]] == ["grows gently", "not determined", "grows gently", "jumps"]
+    assert [one["bifurcation"] for one in told["critical"]] == [
+        "supercritical",
+        "not determined",
+        "supercritical",
+        "subcritical",
+    ]
     assert told["branches"][1]["folds"][0]["speed_m_s"] == pytest.approx(34.10, abs=0.005)
     assert [(kick["unit"], kick["follows"]) for kick in told["kicks"]] == [("N m s", "lasting motion")] * 2
     assert (folder / "a.png").stat().st_size > 20_000
@@ -80,11 +86,11 @@ def test_table_record_and_picture(folder, shown, told):
 
 def test_critical_speeds_say_how_the_motion_begins(wobbly, capsys):
     main(["critical", "wobbly.toml", "--csv", "begins.csv"])
-    begins = ["grows gently", "not determined", None, "grows gently", "jumps"]
-    assert [one.begins for one in vt.critical_speeds("wobbly.toml")] == begins
-    assert [None if one != one else one for one in pd.read_csv("begins.csv")["begins"]] == begins
+    begins = ["supercritical", "not determined", None, "supercritical", "subcritical"]
+    assert [one.bifurcation for one in vt.critical_speeds("wobbly.toml")] == begins
+    assert [None if one != one else one for one in pd.read_csv("begins.csv")["bifurcation"]] == begins
     shown = [line.split("  ")[-1].strip() for line in capsys.readouterr().out.splitlines()]
-    assert shown == ["the motion", "-" * 14, *(one or "-" for one in begins)]
+    assert shown == ["bifurcation", "-" * 14, *(one or "-" for one in begins)]
 
 
 def test_both_sides_of_a_damper(wobbly, capsys):
@@ -97,7 +103,7 @@ def test_both_sides_of_a_damper(wobbly, capsys):
     assert begins == pytest.approx((38.9, 35.2), abs=0.05)
     assert without["largest_wobble_deg"] > 10
     assert damped["largest_wobble_deg"] is None
-    assert (damped["weave_begins"], damped["weave_caught_deg"]) == ("jumps", None)
+    assert (damped["weave_bifurcation"], damped["weave_caught_deg"]) == ("subcritical", None)
 
 
 def test_a_weak_damper_and_one_that_nothing_needs(wobbly, capsys):
@@ -154,13 +160,13 @@ def test_a_wobble_that_is_too_large_to_tell_has_no_amplitude(wobbly):
 
 
 def test_wheels_that_roll_without_slip_have_no_such_column(printed):
-    assert "the motion" not in printed("critical", "benchmark")
-    assert [one.begins for one in vt.critical_speeds("benchmark")] == [None, None]
+    assert "bifurcation" not in printed("critical", "benchmark")
+    assert [one.bifurcation for one in vt.critical_speeds("benchmark")] == [None, None]
 
 
 def test_options_of_the_curve(wobbly, capsys):
     tables = []
-    for option in ("--friction 0.4", "--friction 0.8", "--curvature-factor -3", "--point 0.1,-0.3"):
+    for option in ("--peak-factor 0.4", "--peak-factor 0.8", "--curvature-factor -3", "--point 0.1,-0.3"):
         main(f"amplitude wobbly.toml --speeds 10 --csv - {option}".split())
         tables.append([line.split(",") for line in capsys.readouterr().out.splitlines()[1:]])
     half, whole, other, low = (np.array(rows[0][3:6], float) for rows in tables)
@@ -173,9 +179,9 @@ def test_options_of_the_curve(wobbly, capsys):
 def test_the_band_of_dry_roads_is_that_of_runs_with_these_peak_factors(wobbly, shown, capsys):
     angles = []
     for peak in ("0.6", "0.8", "1.0"):
-        main(f"amplitude wobbly.toml --speeds 10 --csv - --friction {peak}".split())
+        main(f"amplitude wobbly.toml --speeds 10 --csv - --peak-factor {peak}".split())
         angles.append(float(capsys.readouterr().out.splitlines()[1].split(",")[3]))
-    main("amplitude wobbly.toml --speeds 10 --friction 0.5".split())  # noqa: SIM905
+    main("amplitude wobbly.toml --speeds 10 --peak-factor 0.5".split())  # noqa: SIM905
     low, usual, high = angles
     band = f"wobble at 10 m/s, over dry roads (assumed range of D): {low:.1f}° at D = 0.6, {usual:.1f}° at D = 0.8, "
     for text in (shown, capsys.readouterr().out):
@@ -229,7 +235,7 @@ def test_from_python(wobbly):
 
 @pytest.mark.parametrize(("words", "message"), [
     ("wobbly.toml --point 1", "--point 1: give X,Z in m"),
-    ("wobbly.toml --friction 5", "friction = 5 is outside 0 .. 3"),
+    ("wobbly.toml --peak-factor 5", "peak_factor = 5 is outside 0 .. 3"),
     ("wobbly.toml --film a.avi", "a.avi: the ending '.avi' is not known; a film is a .gif"),
     ("wobbly.toml --speeds 33 --film a.gif", "--film: at none of these --speeds is there a motion that lasts"),
     ("wobbly.toml --damper 0", "0: give a number above 0 up to 100"),

@@ -133,7 +133,17 @@ def test_a_file_of_ones_own_in_its_units(tmp_path, capsys):
     rider = read_rider_control(file)
     assert rider.at(4.5)["roll"] == pytest.approx(0.75 * 180 / np.pi)
     assert rider.at(4.5)["steer_integral"] == pytest.approx(180)
-    main(["ride", "rigid_rider_joined", "pista_rider", "--rider-control", str(file), "--out", str(tmp_path / "out")])
+    main(
+        [
+            "closed-loop",
+            "rigid_rider_joined",
+            "pista_rider",
+            "--rider-control",
+            str(file),
+            "--out",
+            str(tmp_path / "out"),
+        ]
+    )
     told = capsys.readouterr().out
     assert "Rider mine, assumed, 4 to 5 m/s" in told
     assert len(told.splitlines()) <= 12
@@ -145,13 +155,13 @@ def test_a_file_of_ones_own_in_its_units(tmp_path, capsys):
 def test_the_terminal_tells_what_limits_and_what_is_not_known(tmp_path, refused, printed):
     file = tmp_path / "mine.toml"
     file.write_text('bicycle = "browser"\nassumes = "stiff tyres"\n' + OWN)
-    arguments = ["ride", "benchmark", "--rider-control", str(file), "--tyre", "Tyre1", "--extrapolate"]
+    arguments = ["closed-loop", "benchmark", "--rider-control", str(file), "--tyre", "Tyre1", "--extrapolate"]
     told = printed(*arguments, "--pressure", "3.5", "--pressure", "5.5", "--speeds", "4.2,4.8")
     assert len(told.splitlines()) <= 12
     assert "The gains are of browser, not of the bicycle of Tyre1 3.5 bar, Tyre1 5.5 bar." in told
     assert "found with stiff tyres; on another tyre" in told
     assert "Without camber thrust: Tyre1 3.5 bar, Tyre1 5.5 bar." in told
-    words = refused("ride", "benchmark", "--rider-control", file, "--speeds", "4.5,8")
+    words = refused("closed-loop", "benchmark", "--rider-control", file, "--speeds", "4.5,8")
     assert "8 m/s is outside its speeds, 4 to 5 m/s" in words
 
 

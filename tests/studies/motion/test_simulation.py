@@ -47,12 +47,12 @@ def test_linear_run_writes_the_response(no_pictures, file, tmp_path, capsys):
 def test_nonlinear_run_and_frequency_response(file, tmp_path, capsys):
     out = tmp_path / "out"
     main(["simulate", file, "--speed", "6", "--duration", "2", "--initial", "lean=0.05", "--nonlinear",
-          "--friction", "0.2", "--input", "lateral_force:pulse:300@0+0.5", "--frequency-response", "steer_torque",
+          "--peak-factor", "0.2", "--input", "lateral_push:pulse:300@0+0.5", "--frequency-response", "steer_torque",
           "--out", str(out)])  # fmt: skip
     table = pd.read_csv(out / "response_magic_formula.csv")
     load = read_model(file).bicycle.static_loads[0]
-    assert table["rear_side_force_N"].abs().max() <= 0.2 * load * (1 + 1e-12)
-    assert pd.read_csv(out / "response_linear.csv")["rear_side_force_N"].abs().max() > 0.2 * load
+    assert table["rear_lateral_force_N"].abs().max() <= 0.2 * load * (1 + 1e-12)
+    assert pd.read_csv(out / "response_linear.csv")["rear_lateral_force_N"].abs().max() > 0.2 * load
     gains = pd.read_csv(out / "frequency_response.csv")
     assert gains["frequency_Hz"].iloc[[0, -1]].tolist() == pytest.approx([0.05, 20.0])
     assert (out / "frequency_response.png").stat().st_size > 10_000
@@ -136,7 +136,7 @@ def test_refused_initial_states(text, words):
     (["--input", "steer_torque:step:1@9", "--duration", "2"], "steer_torque starts at 9 s, outside the simulated"),
     (["--input", "steer_torque:step:1@2", "--duration", "2"], "starts at 2 s, outside the simulated time 0 .. 2 s"),
     (["--input", "steer_torque:step:1@-1"], "steer_torque starts at -1 s, outside the simulated time 0 .. 5 s"),
-    (["--initial", "lean=1", "--friction", "0.8"], "--friction is of the Magic Formula tyre; add --nonlinear"),
+    (["--initial", "lean=1", "--peak-factor", "0.8"], "--peak-factor is of the Magic Formula tyre; add --nonlinear"),
     (["--initial", "lean=1", "--shape-factor", "1"], "--shape-factor is of the Magic Formula tyre"),
     (["--initial", "lean=1", "--curvature-factor", "0"], "--curvature-factor is of the Magic Formula tyre"),
     (["--offset", "0.01"], "--offset is of the Magic Formula tyre"),
@@ -144,7 +144,7 @@ def test_refused_initial_states(text, words):
     (["--initial", "lean=1", "--step", "1e-9"], "samples are more than a million"),
     (["--initial", "lena=1"], "unknown state 'lena'; did you mean 'lean'"),
     (["--input", "steer:step:1"], "unknown input 'steer'"),
-    (["--initial", "lean=0.1", "--nonlinear", "--friction", "9"], "friction = 9 is outside 0 .. 3"),
+    (["--initial", "lean=0.1", "--nonlinear", "--peak-factor", "9"], "peak_factor = 9 is outside 0 .. 3"),
 ])  # fmt: skip
 def test_refused_commands(options, words, file, tmp_path, refused):
     assert words in refused("simulate", file, "--speed", "5", "--out", tmp_path / "out", *options)
@@ -154,8 +154,8 @@ def test_refused_commands(options, words, file, tmp_path, refused):
 def test_what_is_typed_with_units():
     found = parse_initial("lean=2deg,steer_rate=90deg/s", {"lean": "rad", "steer_rate": "rad/s"})
     assert found == pytest.approx({"lean": np.radians(2), "steer_rate": np.radians(90)})
-    inputs = parse_inputs(["lateral_force:pulse:10kg@1+200ms"], allowed={"lateral_force": "N"})
-    history = inputs["lateral_force"]
+    inputs = parse_inputs(["lateral_push:pulse:10kg@1+200ms"], allowed={"lateral_push": "N"})
+    history = inputs["lateral_push"]
     assert history.value.max() == pytest.approx(98.0665)
     assert history.time == pytest.approx([1.0, 1.2])  # the unit of the duration is not that of the start
     with pytest.raises(InputError, match="lean: 2 kg: unit 'kg' is not a unit of angle"):

@@ -19,7 +19,7 @@ MEASURED = {"bicycle": "pista_charlie_drops", "effects": {"relaxation_length": T
 SPEEDS = {"speed_m_s": [3.0, 5.4, 6.0]}
 SAMPLE = {
     "model": MEASURED, "samples": 40, "seed": 2, "max_speed_m_s": 9.5,
-    "outputs": ["critical_speeds", "largest_growth_rate", "damping_ratios", "parameters"],
+    "outputs": ["critical_speeds", "max_growth_rate", "damping_ratios", "parameters"],
     "grid": SPEEDS | {"pressure_bar.front": [5.0, 6.0]},
     "sampled": {"c": {"sd": 0.01}, "mB": {"low": 70, "high": 95}, "tyre_covariance": True,
                 "relative_cornering_stiffness_sd": 0.05},
@@ -81,10 +81,10 @@ def test_the_distribution_counts_those_that_have_none(sample, drawn):
 
 def test_bands_and_shares_of_the_unstable_are_those_of_the_result(sample, drawn):
     found, rows = load(sample), table(drawn, "stability_along_speed")
-    growth = found.largest_growth_rate.values.transpose(0, 1, 2).reshape(80, 3)
+    growth = found.max_growth_rate.values.transpose(0, 1, 2).reshape(80, 3)
     unstable = rows[rows["quantity"] == "unstable"]
     np.testing.assert_allclose(unstable["share"], (growth > 0).mean(0))
-    bands = rows[rows["quantity"] == "largest_growth_rate"]
+    bands = rows[rows["quantity"] == "max_growth_rate"]
     for level in (5, 25, 50, 75, 95):
         np.testing.assert_allclose(bands[f"q{level}"], np.quantile(growth, level / 100, axis=0))
     modes = table(drawn, "modes_along_speed")
@@ -113,7 +113,7 @@ def test_draws_made_again_are_those_of_the_result(sample):
 
 def test_pairs_hold_the_bicycles_as_they_are(sample, drawn):
     rows, found = table(drawn, "pairs"), load(sample)
-    growth = found.largest_growth_rate.values.reshape(80, 3)
+    growth = found.max_growth_rate.values.reshape(80, 3)
     share = (growth > 0).mean(0)
     assert "; the first 5 of 6 outputs" in drawn.figures["pairs"]
     k = int(np.abs(share - 0.5).argmin())
@@ -129,7 +129,7 @@ def test_shares_say_what_they_rest_on(no_pictures, drawn, tmp_path):
     assert weave.idxmax() == "c"
     assert "capsize: unstable above, m/s" not in set(rows["output"])  # too few bicycles have it
     joint = {"parameters": ["c", "w"], "covariance": [[1e-4, -5e-5], [-5e-5, 1e-4]]}
-    content = {"model": MODEL, "samples": 60, "outputs": ["critical_speeds", "largest_growth_rate"], "grid": SPEEDS,
+    content = {"model": MODEL, "samples": 60, "outputs": ["critical_speeds", "max_growth_rate"], "grid": SPEEDS,
                "max_speed_m_s": 5.75, "sampled": {"joint": [joint]}}  # fmt: skip
     found = draw_result(run_sweep(build_sweep(content), tmp_path / "joint.zarr"))
     (said,) = [remark for remark in found.remarks if "correlated" in remark]
@@ -139,8 +139,8 @@ def test_shares_say_what_they_rest_on(no_pictures, drawn, tmp_path):
 def test_a_speed_that_is_not_in_the_result_is_computed_anew(no_pictures, sample, tmp_path, monkeypatch):
     found = draw_result(sample, tmp_path / "at", at=5.2)
     rows = pd.read_csv(tmp_path / "at" / "pairs.csv")
-    content = SAMPLE | {"outputs": ["largest_growth_rate"], "grid": SAMPLE["grid"] | {"speed_m_s": [5.2]}}
-    other = load(run_sweep(build_sweep(content), tmp_path / "other.zarr")).largest_growth_rate.values.ravel()
+    content = SAMPLE | {"outputs": ["max_growth_rate"], "grid": SAMPLE["grid"] | {"speed_m_s": [5.2]}}
+    other = load(run_sweep(build_sweep(content), tmp_path / "other.zarr")).max_growth_rate.values.ravel()
     assert 0 < (other > 0).sum() < 80
     np.testing.assert_array_equal(rows["unstable"], other > 0)
     assert "pairs" in found.figures
@@ -176,14 +176,14 @@ def test_a_grid(no_pictures, tmp_path, capsys):
 
 
 def test_a_reduced_result(no_pictures, tmp_path):
-    content = SAMPLE | {"outputs": ["critical_speeds", "largest_growth_rate"], "reduce": {"quantiles": [0.1, 0.5, 0.9]}}
+    content = SAMPLE | {"outputs": ["critical_speeds", "max_growth_rate"], "reduce": {"quantiles": [0.1, 0.5, 0.9]}}
     out = run_sweep(build_sweep(content), tmp_path / "r.zarr")
     found, data = draw_result(out), load(out)
     assert list(found.figures) == ["critical_speeds_each", "stability_along_speed"]
     assert "line: 80 % of those that have it" in found.figures["critical_speeds_each"]
     assert "[reduce] kept no samples" in " ".join(found.remarks)
     rows = pd.read_csv(found.folder / "stability_along_speed.csv")
-    above = data.largest_growth_rate_above_zero.sum("pressure_bar.front") / 80
+    above = data.max_growth_rate_above_zero.sum("pressure_bar.front") / 80
     np.testing.assert_allclose(rows[rows["quantity"] == "unstable"]["share"], above)
 
 

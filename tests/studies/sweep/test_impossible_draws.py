@@ -11,7 +11,7 @@ from studies.sweep import build_sweep, run_sweep
 TYRE = {"relaxation_length": {"tyre": "Tyre1", "pressure_bar": 4.0}}
 ODD = {  # IBxz is free in sign and IBzz positive, so that some draws have IBxx IBzz < IBxz^2
     "model": {"bicycle": "benchmark", "effects": TYRE}, "samples": 96, "seed": 2, "points_per_part": 64,
-    "outputs": ["largest_growth_rate", "critical_speeds", "frequencies", "parameters"], "max_speed_m_s": 12.0,
+    "outputs": ["max_growth_rate", "critical_speeds", "frequencies", "parameters"], "max_speed_m_s": 12.0,
     "grid": {"speed_m_s": [7.0]},
     "sampled": {"IBxz": {"sd": 1.5}, "IBzz": {"sd": 1.0}, "mB": {"sd": 30.0}, "tyre_covariance": True,
                 "relative_cornering_stiffness_sd": 0.4},
@@ -29,7 +29,7 @@ def test_they_are_rows_of_nan_with_a_mark(kept):
     beyond = p["IBxx"] * p["IBzz"] < p["IBxz"] ** 2
     assert 0 < beyond.sum() < 20
     np.testing.assert_array_equal(found.impossible, beyond)
-    for name in ("largest_growth_rate", "critical_speeds", "frequencies", "tyre_extrapolated"):
+    for name in ("max_growth_rate", "critical_speeds", "frequencies", "tyre_extrapolated"):
         values = found[name].values.reshape(96, -1)
         assert np.isnan(values[beyond]).all()
         assert not np.isnan(values[~beyond]).all(1).any()
@@ -40,11 +40,11 @@ def test_they_are_rows_of_nan_with_a_mark(kept):
 
 
 def test_reductions_leave_them_out(kept, tmp_path):
-    reduced = ODD | {"outputs": ["largest_growth_rate"], "reduce": {"quantiles": [0.5]}}
+    reduced = ODD | {"outputs": ["max_growth_rate"], "reduce": {"quantiles": [0.5]}}
     found, every = load(run_sweep(build_sweep(reduced), tmp_path / "reduced.zarr")), load(kept)
-    assert (found.largest_growth_rate_count == (every.impossible == 0).sum()).all()
+    assert (found.max_growth_rate_count == (every.impossible == 0).sum()).all()
     assert found.impossible_above_zero == every.impossible.sum()
-    np.testing.assert_array_equal(found.largest_growth_rate_max, every.largest_growth_rate.max("sample"))
+    np.testing.assert_array_equal(found.max_growth_rate_max, every.max_growth_rate.max("sample"))
 
 
 def test_the_command_says_how_many_and_why(kept, tmp_path, capsys):

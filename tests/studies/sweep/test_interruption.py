@@ -88,7 +88,7 @@ def test_a_damaged_part_is_not_taken(tmp_path, damage):
     assert not parts.has(first)
 
 
-QUANTILES = RANDOM | {"outputs": ["largest_growth_rate"], "reduce": {"quantiles": [0.1, 0.9]}}
+QUANTILES = RANDOM | {"outputs": ["max_growth_rate"], "reduce": {"quantiles": [0.1, 0.9]}}
 
 
 def without(arrays, name):

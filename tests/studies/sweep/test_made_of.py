@@ -10,7 +10,7 @@ from tests.shared.refusals import refuses
 from tyre.ground import InputError
 from tyre.maps import TyreMap
 
-SMALL = {"outputs": ["largest_growth_rate"], "grid": {"speed_m_s": [3.0], "c": [0.06, 0.08]}}
+SMALL = {"outputs": ["max_growth_rate"], "grid": {"speed_m_s": [3.0], "c": [0.06, 0.08]}}
 
 
 @pytest.mark.parametrize("suffix", ["csv", "toml"])

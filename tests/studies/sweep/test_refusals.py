@@ -34,7 +34,7 @@ from tyre.ground import InputError
     ({"reduce": [0.5]}, r"reduce = \[0.5\] must be a table: write \[reduce\]"),
     ({"reduce": {"quantiles": 0.5}}, "reduce.quantiles = 0.5 must be a list"),
     ({"reduce": {"quantiles": [0.5, 0.5]}}, "reduce.quantiles holds a value twice"),
-    ({"reduce": {}, "outputs": ["largest_growth_rate"]}, "but nothing is sampled; leave it out"),
+    ({"reduce": {}, "outputs": ["max_growth_rate"]}, "but nothing is sampled; leave it out"),
     ({"modle": 1}, "unknown key 'modle'; did you mean 'model'"),
     ({"model": None}, "model is missing: give a model file or a table"),
     ({"model": "none.toml"}, "model = 'none.toml': no such model file"),
@@ -80,7 +80,7 @@ from tyre.ground import InputError
     ({"reduce": {"quantiles": [2]}}, "reduce.quantiles holds 2; give numbers from 0 to 1"),
     ({"reduce": {"mean": True}}, "unknown key of reduce: 'mean'"),
     ({"reduce": {}, "sampled": {"mB": {"sd": 1.0}}, "samples": 2},
-     r"eigenvalues cannot be reduced over samples; with \[reduce\] ask for largest_growth_rate"),
+     r"eigenvalues cannot be reduced over samples; with \[reduce\] ask for max_growth_rate"),
 ])  # fmt: skip
 def test_refused_files(change, words):
     content = {"model": MODEL, "outputs": ["eigenvalues"], "grid": GRID} | change
@@ -104,7 +104,7 @@ def test_refused_files(change, words):
       "grid": {"speed_m_s": [0.0, 1.0]}}, "speed 0 m/s is not allowed with side_slip"),
 ])  # fmt: skip
 def test_impossible_points_are_named(tmp_path, change, words):
-    content = {"model": MODEL, "outputs": ["largest_growth_rate"], "grid": GRID} | change
+    content = {"model": MODEL, "outputs": ["max_growth_rate"], "grid": GRID} | change
     with pytest.raises(InputError, match=words):
         run_sweep(build_sweep(content), tmp_path / "result.zarr")
     assert not list(tmp_path.iterdir())  # nothing is computed, and nothing in the way of the mended sweep
@@ -126,7 +126,7 @@ def test_what_is_found_impossible_on_the_way(monkeypatch, tmp_path):
 def test_conditions_of_an_effect_hold_for_every_point(tmp_path):
     rider = {"mass": 30.0, "x": 0.3, "z": -1.0, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.9}
     model = {"bicycle": "benchmark", "effects": MODEL["effects"] | {"rider_lean": rider}}
-    content = {"model": model, "outputs": ["largest_growth_rate"], "grid": GRID | {"rider_lean.z": [-1.0, -1.4]}}
+    content = {"model": model, "outputs": ["max_growth_rate"], "grid": GRID | {"rider_lean.z": [-1.0, -1.4]}}
     words = r"sweep at rider_lean.z = -1.4: effect 'rider_lean': what remains of the rear"
     with pytest.raises(InputError, match=words):
         run_sweep(build_sweep(content), tmp_path / "result.zarr")

@@ -53,8 +53,8 @@ def test_a_new_parameter_does_not_change_the_draws_of_the_others(reference, tmp_
 
 
 def test_reductions_are_those_of_the_kept_samples(reference, tmp_path):
-    reduced = RANDOM | {"outputs": ["largest_growth_rate"], "reduce": {"quantiles": [0.0, 0.1, 0.5, 0.99, 1.0]}}
-    kept = load(reference).largest_growth_rate
+    reduced = RANDOM | {"outputs": ["max_growth_rate"], "reduce": {"quantiles": [0.0, 0.1, 0.5, 0.99, 1.0]}}
+    kept = load(reference).max_growth_rate
     out, *others = (
         run_sweep(build_sweep(reduced | {"points_per_part": points}), tmp_path / f"{points}.zarr")
         for points in (300, 3000, 10**6)
@@ -63,11 +63,11 @@ def test_reductions_are_those_of_the_kept_samples(reference, tmp_path):
     found = load(out)
     for q in found["quantile"].values:
         exact = kept.quantile(q, "sample", method="inverted_cdf")
-        np.testing.assert_array_equal(found.largest_growth_rate_quantiles.sel(quantile=q), exact)
-    np.testing.assert_array_equal(found.largest_growth_rate_max, kept.max("sample"))
-    np.testing.assert_array_equal(found.largest_growth_rate_min_sample, kept.argmin("sample"))
-    np.testing.assert_array_equal(found.largest_growth_rate_above_zero, (kept > 0).sum("sample"))
-    assert (found.largest_growth_rate_count == 700).all()
+        np.testing.assert_array_equal(found.max_growth_rate_quantiles.sel(quantile=q), exact)
+    np.testing.assert_array_equal(found.max_growth_rate_max, kept.max("sample"))
+    np.testing.assert_array_equal(found.max_growth_rate_min_sample, kept.argmin("sample"))
+    np.testing.assert_array_equal(found.max_growth_rate_above_zero, (kept > 0).sum("sample"))
+    assert (found.max_growth_rate_count == 700).all()
 
 
 def test_netcdf_holds_the_same_numbers(reference, tmp_path):
@@ -79,7 +79,7 @@ def test_netcdf_holds_the_same_numbers(reference, tmp_path):
     with xr.open_dataset(out, engine="netcdf4") as found:
         same = load(reference)
         np.testing.assert_array_equal(found.eigenvalues_imag, same.eigenvalues.imag)
-        np.testing.assert_array_equal(found.largest_growth_rate, same.largest_growth_rate)
+        np.testing.assert_array_equal(found.max_growth_rate, same.max_growth_rate)
         assert found.eigenvalues_real.attrs["units"] == "1/s"
         assert found.attrs["fingerprint"] == same.attrs["fingerprint"]
     assert run_sweep(build_sweep(RANDOM), out) == out  # finished: nothing to do

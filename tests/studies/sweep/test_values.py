@@ -25,7 +25,7 @@ def test_grid_values_are_those_of_single_models(tmp_path):
             "speed_m_s": {"from": 2, "to": 12, "count": 6},
         },
         "outputs": ["eigenvalues", "modes", "frequencies", "damping_ratios", "critical_speeds", "sensitivities",
-                    "smallest_damping_ratio"],
+                    "min_damping_ratio"],
     }  # fmt: skip
     found = load(run_sweep(build_sweep(content), tmp_path / "grid.zarr"))
     bicycle = load_bicycle("benchmark")
@@ -45,7 +45,7 @@ def test_grid_values_are_those_of_single_models(tmp_path):
             np.testing.assert_allclose(here.modes.sel(mode="weave"), named.branch("weave")[:, 0], rtol=1e-9)
             oscillating = expected.imag > 0
             ratio = np.where(oscillating, -expected.real / np.abs(expected), np.inf).min(1)
-            np.testing.assert_allclose(here.smallest_damping_ratio, ratio, rtol=1e-8)
+            np.testing.assert_allclose(here.min_damping_ratio, ratio, rtol=1e-8)
             for one in critical_speeds(linear):
                 place = {"crossing_mode": one.mode, "as_speed_grows": one.direction}
                 assert np.isclose(here.critical_speeds.sel(place), one.speed, rtol=1e-9).any()
@@ -125,7 +125,7 @@ def test_drawn_tyres_have_the_covariance_of_the_map(tmp_path):
 def test_joint_draws_and_a_sampled_speed(tmp_path):
     covariance = [[4.0, 0.03], [0.03, 0.0004]]
     content = {
-        "model": MODEL, "outputs": ["parameters", "largest_growth_rate"], "samples": 20000, "seed": 3,
+        "model": MODEL, "outputs": ["parameters", "max_growth_rate"], "samples": 20000, "seed": 3,
         "sampled": {"joint": [{"parameters": ["mB", "c"], "covariance": covariance, "mean": [85.0, 0.08]}],
                     "speed_m_s": {"low": 4.0, "high": 6.0}},
     }  # fmt: skip
@@ -133,8 +133,8 @@ def test_joint_draws_and_a_sampled_speed(tmp_path):
     values = found.parameters.sel(parameter=["mB", "c"]).values
     np.testing.assert_allclose(np.cov(values.T), covariance, rtol=0.05)
     assert values.mean(0) == pytest.approx([85, 0.08], rel=1e-2)
-    assert found.largest_growth_rate.dims == ("sample",)
-    assert found.largest_growth_rate.std() > 0
+    assert found.max_growth_rate.dims == ("sample",)
+    assert found.max_growth_rate.std() > 0
 
 
 def test_draws_have_the_standard_deviations_of_the_bicycle_file(tmp_path):
@@ -184,7 +184,7 @@ def test_a_result_without_axes_goes_into_netcdf(tmp_path, reduce):
     """One number over all samples, or the only bicycle of a sweep: a variable without dimensions."""
     pytest.importorskip("netCDF4")
     xr = pytest.importorskip("xarray")
-    content = {"model": MEASURED, "outputs": ["largest_growth_rate"], "grid": {"speed_m_s": [4.0, 8.0]}}
+    content = {"model": MEASURED, "outputs": ["max_growth_rate"], "grid": {"speed_m_s": [4.0, 8.0]}}
     more = {"samples": 20, "sampled": {"mB": {"sd": 1.0}}, "reduce": {}} if reduce else {}
     sweep = build_sweep(content | more)
     store = load(run_sweep(sweep, tmp_path / "result.zarr"))

@@ -213,8 +213,8 @@ def test_a_condition_that_scatters_more_uses_its_own_scatter():
     assert any("more than the campaign's 0.50 %" in text for text in result.warnings)
     assert result.cornering_stiffness.sd > 0.04 * 6000.0
     assert result.lateral_stiffness is None
-    assert any("no pull test" in text for text in result.warnings)
-    alone = combine(Key("T", "flat", 400.0, 5e5), [replace(wild[0], kind="pull_test")], **settings)
+    assert any("no lateral stiffness test" in text for text in result.warnings)
+    alone = combine(Key("T", "flat", 400.0, 5e5), [replace(wild[0], kind="lateral_stiffness")], **settings)
     assert alone.cornering_stiffness is None
     assert any("no slip sweep" in text for text in alone.warnings)
 

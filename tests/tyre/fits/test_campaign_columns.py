@@ -16,12 +16,12 @@ from tyre.fits import (
     RecordingSummary,
     Repeatability,
     combine,
-    fit_pull_test,
+    fit_lateral_stiffness,
     with_camber,
     write_tables,
 )
 from tyre.measured import Calibration
-from tyre.recordings import Condition, PullTest
+from tyre.recordings import Condition, LateralStiffnessTest
 
 FORCE, SLIP, DISPLACEMENT = 0.004, 0.006, 0.009
 SWEEP, SWEEP_DOF, PULL, PULL_DOF = 0.02, 12.0, 0.03, 9.0
@@ -47,7 +47,7 @@ def campaign():
             recording("slip_sweep", load, n, c, pneumatic_trail_m=t, pneumatic_trail_sd_m=1e-3)
             for n, (c, t) in enumerate(zip(cs, trails, strict=True))
         ]
-        pulls = [recording("pull_test", load, n, k) for n, k in enumerate(ks)]
+        pulls = [recording("lateral_stiffness", load, n, k) for n, k in enumerate(ks)]
         conditions.append(
             combine(
                 Key("T", "flat", load, 5.5e5), [*sweeps, *pulls], borrowed=[], calibration=CALIBRATION,
@@ -121,11 +121,11 @@ def pull(noise, *, step=0.0, seed=0, readings=60):
     plate = x + rim
     if step:
         plate, rim = (step * np.round(one / step) for one in (plate, rim))
-    return PullTest(FLAT, "ISO", force, plate, rim)
+    return LateralStiffnessTest(FLAT, "ISO", force, plate, rim)
 
 
 def test_the_sd_of_one_pull_is_that_of_its_fit_the_repeats_and_the_certificates():
-    fit = fit_pull_test(pull(1.0), calibration=Calibration(0.004, 0.006, 0.009, 0.02))
+    fit = fit_lateral_stiffness(pull(1.0), calibration=Calibration(0.004, 0.006, 0.009, 0.02))
     k = fit.lateral_stiffness.value
     parts = fit.fit_sd, k * 0.02, k * 0.004, k * 0.009
     assert fit.lateral_stiffness.sd == pytest.approx(hypot(*parts), rel=1e-12)
@@ -135,7 +135,7 @@ def test_the_sd_of_one_pull_is_that_of_its_fit_the_repeats_and_the_certificates(
 def test_a_coarse_gauge_of_the_rim_widens_by_its_rounding_and_no_more():
     """A step of 0.02 mm of a rim that moves 0.1 mm: its rounding is common to the pull, step / sqrt(12) over 2.5 mm."""
     step, span = 2e-5, 2.5e-3
-    fine, coarse = fit_pull_test(pull(0.05)), fit_pull_test(pull(0.05, step=step))
+    fine, coarse = fit_lateral_stiffness(pull(0.05)), fit_lateral_stiffness(pull(0.05, step=step))
     share = step / sqrt(12) / span
     assert fine.fit_sd / 55e3 < share / 5
     assert share * 0.98 < coarse.fit_sd / 55e3 < step / span / 2

@@ -46,7 +46,7 @@ def test_a_copy_is_refused_and_a_reprint_is_said():
 def test_repeats_that_disagree_and_doubtful_pulls_are_said():
     said = repeat_warnings([summary("a.csv", 6500.0), summary("b.csv", 7500.0, fit_sd=11.0)])
     assert said == ["a.csv and b.csv differ by 13.3 %"]
-    pull = summary("p.csv", 6e4, kind="pull_test", r_squared=0.89, friction_N=32.0, largest_force_N=100.0)
+    pull = summary("p.csv", 6e4, kind="lateral_stiffness", r_squared=0.89, friction_N=32.0, largest_force_N=100.0)
     assert repeat_warnings([pull]) == [
         "p.csv: the friction loop fits badly (R^2 0.890); did a gauge slip?",
         "p.csv: friction is 32 % of the largest force",
@@ -73,7 +73,11 @@ def test_what_is_infinite_is_refused_by_its_name(found, words):
 
 @pytest.mark.parametrize(
     ("kind", "low", "high"),
-    [("slip_sweep", 2.0 * CONDITION.load, 60.0 * CONDITION.load), ("pull_test", 5e3, 1e6), ("slip_step", 3e-3, 3.0)],
+    [
+        ("slip_sweep", 2.0 * CONDITION.load, 60.0 * CONDITION.load),
+        ("lateral_stiffness", 5e3, 1e6),
+        ("slip_step", 3e-3, 3.0),
+    ],
 )
 def test_what_no_tyre_has_is_refused_from_the_limits_on(kind, low, high):
     words = r"a tyre has [\d.e+-]+ to [\d.e+]+, so a column is in another unit"
@@ -91,7 +95,7 @@ def test_what_no_tyre_has_is_refused_from_the_limits_on(kind, low, high):
 def test_a_lateral_stiffness_that_changes_with_the_load_as_no_tyres_does_is_said(stiffnesses, exponents):
     loads = (300.0, 400.0, 500.0)
     pulls = [
-        summary(f"{load:g}.csv", k, kind="pull_test", condition=replace(CONDITION, load=load), fit_sd=100.0)
+        summary(f"{load:g}.csv", k, kind="lateral_stiffness", condition=replace(CONDITION, load=load), fit_sd=100.0)
         for load, k in zip(loads, stiffnesses, strict=True)
     ]
     conditions, _, _ = combine_campaign(pulls, FitSettings(), where="rig")

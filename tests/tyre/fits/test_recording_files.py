@@ -7,7 +7,7 @@ import pytest
 
 from tests.shared.refusals import refuses
 from tyre.fits import read_recording, write_csv
-from tyre.recordings import Condition, PullTest, RigRun
+from tyre.recordings import Condition, LateralStiffnessTest, RigRun
 
 SIDECAR = """
 tyre = "Test tyre"
@@ -16,12 +16,12 @@ pressure_bar = 5.5
 surface = "flat"
 axes = "adapted SAE"
 """
-SWEEP = """time_s,slip_angle_deg,side_force_N,vertical_load_N
+SWEEP = """time_s,slip_angle_deg,lateral_force_N,vertical_load_N
 0.0,-1.0,-110.0,400.0
 0.1,0.0,0.0,401.0
 0.2,1.0,110.0,399.0
 """
-PULL = """side_force_N,plate_displacement_mm,rim_displacement_mm
+PULL = """lateral_force_N,plate_displacement_mm,rim_displacement_mm
 0,0,0
 50,1.0,0.1
 100,2.0,0.2
@@ -55,13 +55,13 @@ def test_sweep_in_si(folder):
     assert isinstance(run, RigRun)
     assert run.kind == "slip_sweep"
     np.testing.assert_allclose(run.slip_angle, [-np.pi / 180, 0.0, np.pi / 180], rtol=1e-15)
-    np.testing.assert_array_equal(run.side_force, [-110.0, 0.0, 110.0])
+    np.testing.assert_array_equal(run.lateral_force, [-110.0, 0.0, 110.0])
     assert run.condition.pressure == pytest.approx(5.5e5)
     assert run.source.name == "run.csv"
 
 
 def test_units_of_columns_and_keys(folder):
-    table = "time_ms,slip_angle_rad,side_force_kN,vertical_load_lbf,aligning_moment_Nmm,speed_m_s,temperature_K\n"
+    table = "time_ms,slip_angle_rad,lateral_force_kN,vertical_load_lbf,aligning_moment_Nmm,speed_m_s,temperature_K\n"
     table += "0,0.01,0.1,100,1000,2.5,300\n100,0.02,0.2,100,2000,2.5,300\n"
     sidecar = SIDECAR.replace("load_N = 400", "load_kN = 0.4").replace("pressure_bar = 5.5", "pressure_psi = 80")
     run = read_recording(folder(table, sidecar + 'speed_m_s = 2.5\ntemperature_K = 300\ncamber_rad = 0.1\nrim = "x"\n'))
@@ -69,7 +69,7 @@ def test_units_of_columns_and_keys(folder):
     np.testing.assert_allclose(run.vertical_load, 444.82216152605, rtol=1e-13)
     np.testing.assert_allclose(run.aligning_moment, [1.0, 2.0])
     np.testing.assert_allclose(run.time, [0.0, 0.1])
-    np.testing.assert_allclose(run.side_force, [100.0, 200.0])
+    np.testing.assert_allclose(run.lateral_force, [100.0, 200.0])
     np.testing.assert_allclose(run.temperature, 26.85)
     assert run.condition.load == pytest.approx(400.0)
     assert run.condition.pressure == pytest.approx(80 * 6894.757293168, rel=1e-12)
@@ -84,11 +84,11 @@ def test_units_of_columns_and_keys(folder):
     ("SAE", -1.0, 110.0, 400.0, -2.0, 5.0),  # a load cell that prints the load as positive
 ])  # fmt: skip
 def test_axes_are_turned(folder, axes, slip, force, load, moment, camber):
-    names = "time_s,slip_angle_deg,side_force_N,vertical_load_N,aligning_moment_Nm,inclination_deg\n"
+    names = "time_s,slip_angle_deg,lateral_force_N,vertical_load_N,aligning_moment_Nm,inclination_deg\n"
     rows = "".join(f"{t},{slip},{force},{load},{moment},{camber}\n" for t in (0, 1))
     run = read_recording(folder(names + rows, SIDECAR.replace("adapted SAE", axes)))
     assert run.slip_angle[0] == pytest.approx(np.deg2rad(1.0))
-    assert run.side_force[0] == 110.0
+    assert run.lateral_force[0] == 110.0
     assert run.vertical_load[0] == 400.0
     assert run.aligning_moment[0] == -2.0
     assert run.inclination[0] == pytest.approx(np.deg2rad(5.0))
@@ -97,10 +97,10 @@ def test_axes_are_turned(folder, axes, slip, force, load, moment, camber):
 
 @pytest.mark.parametrize("axes", ["ISO", "SAE", "adapted SAE"])
 def test_round_trip(tmp_path, sweep, axes):
-    sweep.side_force[7:9] = np.nan
+    sweep.lateral_force[7:9] = np.nan
     write_csv(replace(sweep, axes=axes, kind="slip_step"), tmp_path / "a.csv")
     back = read_recording(tmp_path / "a.csv")
-    for name in ("time", "slip_angle", "side_force", "vertical_load", "aligning_moment", "speed", "temperature"):
+    for name in ("time", "slip_angle", "lateral_force", "vertical_load", "aligning_moment", "speed", "temperature"):
         np.testing.assert_allclose(getattr(back, name), getattr(sweep, name), rtol=1e-11, atol=1e-14)
     assert back.synthetic
     assert back.kind == "slip_step"
@@ -120,7 +120,7 @@ def test_a_file_that_is_read_and_written_twice_is_the_same(tmp_path, sweep):
 
 def test_pull_round_trip_in_iso(tmp_path):
     x = np.linspace(0.0, 2e-3, 9)
-    test = PullTest(Condition("T", 400.0, 5.5e5, "flat"), "ISO", 5e4 * x, 1.2 * x, 0.2 * x)
+    test = LateralStiffnessTest(Condition("T", 400.0, 5.5e5, "flat"), "ISO", 5e4 * x, 1.2 * x, 0.2 * x)
     write_csv(test, tmp_path / "p.csv")
     assert (tmp_path / "p.csv").read_text().splitlines()[-1].startswith("-100,-2.4,")
     np.testing.assert_allclose(read_recording(tmp_path / "p.csv").tyre_deflection, x, atol=1e-15)
@@ -128,7 +128,7 @@ def test_pull_round_trip_in_iso(tmp_path):
 
 def test_decimal_commas_between_semicolons_are_read(folder):
     run = read_recording(folder(SWEEP.replace(",", ";").replace(".", ",")))
-    np.testing.assert_array_equal(run.side_force, [-110.0, 0.0, 110.0])
+    np.testing.assert_array_equal(run.lateral_force, [-110.0, 0.0, 110.0])
     np.testing.assert_allclose(np.rad2deg(run.slip_angle), [-1.0, 0.0, 1.0])
 
 
@@ -136,17 +136,17 @@ def test_bom_blank_lines_and_missing_samples(folder):
     table = "\ufeff" + SWEEP.replace("0.0,0.0,401.0", "NOTAVAIL,,401.0") + "\n"
     run = read_recording(folder(table.replace("\n", "\r\n")))
     assert np.isnan(run.slip_angle[1])
-    assert np.isnan(run.side_force[1])
+    assert np.isnan(run.lateral_force[1])
     assert len(run.time) == 3
 
 
 @pytest.mark.parametrize(("change", "message"), [
     (lambda s: s[:-8], "line 4: 3 cells where the header has 4 columns; was the file cut off"),
     (lambda s: s.replace("1.0,110.0", "1,0,110,0"), "decimal commas need semicolons"),
-    (lambda s: s.replace("side_force_N", "side_force_kg"), "'kg' is not a unit of force .*known: n, newton"),
-    (lambda s: s.replace("side_force_N", "side_force"), "'side_force': no unit of force is given"),
+    (lambda s: s.replace("lateral_force_N", "lateral_force_kg"), "'kg' is not a unit of force .*known: n, newton"),
+    (lambda s: s.replace("lateral_force_N", "lateral_force"), "'lateral_force': no unit of force is given"),
     (lambda s: s.replace("slip_angle_deg", "slip_angel_deg"), "did you mean 'slip_angle' with its unit"),
-    (lambda s: s.replace("vertical_load_N", "side_force_kN"), "side_force is in two columns.*keep one"),
+    (lambda s: s.replace("vertical_load_N", "lateral_force_kN"), "lateral_force is in two columns.*keep one"),
     (lambda s: s.replace("vertical_load_N", "height_m"), "column vertical_load_N is missing"),
     (lambda s: s.splitlines()[0] + "\n", "no rows; was the file cut off"),
     (lambda s: "\n".join(s.splitlines()[:2]) + "\n", "has 1 of the 2 or more samples that are needed"),
@@ -173,7 +173,7 @@ def test_malformed_tables_are_refused_with_the_place(folder, change, message):
     (lambda s: s + "drum_radius_m = 1.3", "a flat track must not have one"),
     (lambda s: s + "synthetic = 1", "synthetic = 1 must be true or false"),
     (lambda s: s + "kind = 'sweep'", "kind = 'sweep' is not one of slip_sweep"),
-    (lambda s: s + "kind = 'pull_test'", "declares kind = 'pull_test', the columns are"),
+    (lambda s: s + "kind = 'lateral_stiffness'", "declares kind = 'lateral_stiffness', the columns are"),
     (lambda s: s + "note = [1]", "note = .1. must be text or a list of texts"),
     (lambda s: s.replace("Test tyre", " "), "tyre is empty"),
     (lambda s: s + "[[[", "not a TOML file"),
@@ -196,4 +196,4 @@ def test_every_row_of_a_long_recording_is_read(folder):
     lines = "".join(row.format(i / 200, i % 80 / 10 - 4, i % 80 * 10 - 400, 400 + i % 7) for i in range(1000))
     path = folder(SWEEP.splitlines()[0] + "\n" + lines * 60)
     run = read_recording(path)
-    assert len(run.side_force) == 60_000
+    assert len(run.lateral_force) == 60_000

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tyre.fits import read_recording, write_csv, write_tydex
 from tyre.ground import InputError
 from tyre.laws import fit_mf52, fit_mf61, parse_tir, write_tir
-from tyre.recordings import Condition, PullTest, RigRun, preflight
+from tyre.recordings import Condition, LateralStiffnessTest, RigRun, preflight
 
 FUZZ = settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 SNIPPETS = st.one_of(
@@ -45,7 +45,7 @@ def recordings():
     slip = np.deg2rad(4.0) * np.sin(np.pi * t)
     condition = Condition("Tyre", 400.0, 5.5e5, "drum", 1.3, "rim", 2.6, 22.0)
     run = RigRun(condition, "ISO", t, slip, 6300.0 * slip, 400.0 + t, -110.0 * slip, speed=2.6 + 0 * t)
-    pull = PullTest(condition, "ISO", 50.0 * t, 1e-3 * t, 1e-4 * t, time=t)
+    pull = LateralStiffnessTest(condition, "ISO", 50.0 * t, 1e-3 * t, 1e-4 * t, time=t)
     return {"run": run, "pull": pull}
 
 

@@ -7,7 +7,7 @@ from tests.shared.refusals import refuses
 from tests.validation.recording_writers import write_csv, write_hdf5, write_parquet
 from tyre.fits import read_events, read_recording
 from tyre.ground import InputError
-from tyre.recordings import PullTest, RigRun
+from tyre.recordings import LateralStiffnessTest, RigRun
 
 SIDECAR = """
 tyre = "Test tyre"
@@ -20,12 +20,12 @@ SWEEP = """
 [channels]
 time = {column = "t", unit = "ms"}
 slip_angle = {column = "SA", sign = -1}
-side_force = "FY"
+lateral_force = "FY"
 vertical_load = {column = "FZ"}
 """
 PULL = """
 [channels]
-side_force = "F"
+lateral_force = "F"
 plate_displacement = {column = "plate", unit = "mm"}
 rim_displacement = {column = "rim", unit = "mm"}
 """
@@ -54,7 +54,7 @@ def test_a_sweep_in_other_columns_units_and_axes(folder, suffix, write):
         assert isinstance(run, RigRun)
         np.testing.assert_allclose(run.time, TIME, rtol=1e-12)
         np.testing.assert_allclose(run.slip_angle, np.deg2rad(SLIP))  # SAE turns the sign, the map turns it back
-        np.testing.assert_allclose(run.side_force, 1e3 * SLIP)
+        np.testing.assert_allclose(run.lateral_force, 1e3 * SLIP)
         np.testing.assert_allclose(run.vertical_load, 400)
     (event,) = read_events(sidecar)
     assert event == ""
@@ -68,11 +68,11 @@ def test_a_sidecar_may_name_a_file_with_another_stem(folder, tmp_path):
     np.testing.assert_allclose(run.time, TIME[10:31], rtol=1e-12)
 
 
-def test_a_pull_test_read_from_dial_gauges_needs_no_time(folder, tmp_path):
+def test_a_lateral_stiffness_test_read_from_dial_gauges_needs_no_time(folder, tmp_path):
     pull = {"F": (100 * TIME, "N"), "plate": (TIME, "mm"), "rim": (0.1 * TIME, "mm")}
     write_parquet(tmp_path / "run.parquet", pull)
     test = read_recording(folder(PULL))
-    assert isinstance(test, PullTest)
+    assert isinstance(test, LateralStiffnessTest)
     assert test.time is None
     np.testing.assert_allclose(test.tyre_deflection, 0.9e-3 * TIME, atol=1e-15)
 
@@ -100,7 +100,11 @@ def test_files_without_a_map_are_shown_with_a_draft(folder, tmp_path):
         read_recording(tmp_path / "own.csv")
     (tmp_path / "own.csv").write_text("time_s,slip_angle_deg,Fy [N]\n0,1,2\n10,2,3\n")
     (tmp_path / "own.toml").write_text(SIDECAR)
-    refuses(r'column side_force_N is missing (.|\n)*side_force = {column = "Fy"}', read_recording, tmp_path / "own.csv")
+    refuses(
+        r'column lateral_force_N is missing (.|\n)*lateral_force = {column = "Fy"}',
+        read_recording,
+        tmp_path / "own.csv",
+    )
 
 
 def test_mistakes_in_a_map_name_the_sidecar(folder, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from tests.shared.refusals import refuses
 from tyre.fits import read_recording, write_tydex
 from tyre.formats import read_signals
-from tyre.recordings import Condition, PullTest, RigRun
+from tyre.recordings import Condition, LateralStiffnessTest, RigRun
 
 
 def entry(name, description, unit, *rest):
@@ -82,8 +82,8 @@ def test_values_units_factors_offsets_and_axes(tdx):
     np.testing.assert_allclose(run.time, [0.0, 0.1, 0.2])
     np.testing.assert_allclose(run.slip_angle, np.deg2rad([-1.0, 0.0, 1.0]))  # ISO slip has the sign of adapted SAE
     # measured -50, 0 -> (m + 0) * -2 + 3 = 103, 3 N to the left, hence negative to the right
-    np.testing.assert_allclose(run.side_force[:2], [-103.0, -3.0])
-    assert np.isnan(run.side_force[2])
+    np.testing.assert_allclose(run.lateral_force[:2], [-103.0, -3.0])
+    assert np.isnan(run.lateral_force[2])
     np.testing.assert_allclose(run.vertical_load, [400.0, 401.0, 399.0])  # (m + 5) / 1000 kN
     np.testing.assert_allclose(run.aligning_moment, [1.5, 0.0, -1.5])  # about z up -> about z down
     np.testing.assert_allclose(run.speed, 2.5)
@@ -98,10 +98,10 @@ def test_what_was_assumed_or_left_out_is_said(tdx):
     assert "FZW: offset of the measured value added before the conversion factor" in notes
 
 
-def test_a_file_with_displacement_and_no_sweep_is_a_pull_test(tdx):
+def test_a_file_with_displacement_and_no_sweep_is_a_lateral_stiffness_test(tdx):
     test = read_recording(tdx(PULL))
-    assert isinstance(test, PullTest)
-    np.testing.assert_allclose(test.side_force, [0.0, 50.0, 100.0])
+    assert isinstance(test, LateralStiffnessTest)
+    np.testing.assert_allclose(test.lateral_force, [0.0, 50.0, 100.0])
     np.testing.assert_allclose(test.plate_displacement, [0.0, 1e-3, 2e-3])
     np.testing.assert_array_equal(test.rim_displacement, 0.0)
     assert test.condition.pressure == pytest.approx(80 * 6894.757293168)
@@ -131,7 +131,7 @@ def test_a_nominal_load_is_that_of_the_test_up_to_a_quarter_from_the_measured(td
 
 def test_h_axes_stand_in(tdx):
     run = read_recording(tdx(SWEEP.replace("FYW ", "FYH ").replace("MZW ", "MZH ")))
-    assert run.side_force[0] == -103.0
+    assert run.lateral_force[0] == -103.0
     assert "FYH (H-axes) stands in for FYW (W-axes)" in run.notes
 
 
@@ -144,14 +144,14 @@ def test_a_writer_that_missed_the_columns_is_understood(tdx):
 def test_numbers_that_touch_in_fields_of_ten_are_read(tdx):
     rows = "    0.0000    0.0000\n-50.000000-1.0000000\n-100.00000-2.0000000\n"
     test = read_recording(tdx(PULL.replace(" 0 0\n -50 -1.0\n -100 -2.0\n", rows)))
-    np.testing.assert_allclose(test.side_force, [0.0, 50.0, 100.0])
+    np.testing.assert_allclose(test.lateral_force, [0.0, 50.0, 100.0])
 
 
 def test_decimal_commas_are_read_where_all_of_the_data_has_them(tdx):
     comma = SWEEP.partition("**MEASURCHANNELS")
     text = comma[0].replace("0.4 ", "0,4 ") + comma[1] + comma[2].replace(".", ",")
     run, point = read_recording(tdx(text)), read_recording(tdx(SWEEP, "b"))
-    for name in ("time", "slip_angle", "side_force", "vertical_load", "speed"):
+    for name in ("time", "slip_angle", "lateral_force", "vertical_load", "speed"):
         np.testing.assert_array_equal(getattr(run, name), getattr(point, name))
     assert run.condition == point.condition
 
@@ -161,7 +161,7 @@ def test_latin_1_is_read(tdx):
 
 
 def test_round_trip_is_exact_to_the_printed_digits(tmp_path, run):
-    run.side_force[5] = np.nan
+    run.lateral_force[5] = np.nan
     write_tydex(run, tmp_path / "a.tdx")
     back = read_recording(tmp_path / "a.tdx")
     write_tydex(back, tmp_path / "b.tdx")
@@ -169,7 +169,7 @@ def test_round_trip_is_exact_to_the_printed_digits(tmp_path, run):
     assert again.replace("ID                          b", "ID                          a") == (
         (tmp_path / "a.tdx").read_text()
     )
-    np.testing.assert_allclose(back.side_force, run.side_force, atol=5.1e-5)  # 4 decimals of a newton
+    np.testing.assert_allclose(back.lateral_force, run.lateral_force, atol=5.1e-5)  # 4 decimals of a newton
     np.testing.assert_allclose(back.slip_angle, run.slip_angle, atol=np.deg2rad(5.1e-7))
     np.testing.assert_allclose(back.speed, run.speed, atol=1e-6)
     np.testing.assert_allclose(back.temperature, run.temperature, atol=1e-5)
@@ -182,11 +182,13 @@ def test_kind_and_pull_round_trip(tmp_path, run):
     write_tydex(replace(run, kind="slip_step", synthetic=False), tmp_path / "a.tdx")
     assert read_recording(tmp_path / "a.tdx").kind == "slip_step"
     x = np.linspace(0.0, 2e-3, 9)
-    test = PullTest(Condition("T", 400.0, 5.5e5, "flat"), "ISO", 5e4 * x, 1.2 * x, 0.2 * x, time=np.arange(9.0))
+    test = LateralStiffnessTest(
+        Condition("T", 400.0, 5.5e5, "flat"), "ISO", 5e4 * x, 1.2 * x, 0.2 * x, time=np.arange(9.0)
+    )
     write_tydex(test, tmp_path / "p.tdx")
     back = read_recording(tmp_path / "p.tdx")
     np.testing.assert_allclose(back.tyre_deflection, x, atol=1e-9)
-    np.testing.assert_allclose(back.side_force, test.side_force, atol=1e-4)
+    np.testing.assert_allclose(back.lateral_force, test.lateral_force, atol=1e-4)
     np.testing.assert_array_equal(back.time, test.time)
     assert not back.synthetic
 
@@ -222,7 +224,7 @@ def test_malformed_files_are_refused_with_the_place(tdx, change, message):
 
 
 def test_what_the_format_cannot_hold_is_refused(tmp_path, run):
-    run.side_force[3] = 1e8
+    run.lateral_force[3] = 1e8
     refuses("FYW reaches 1e.08, too wide for its field", write_tydex, run, tmp_path / "a.tdx")
     refuses(r"must end in \.tdx", write_tydex, run, tmp_path / "a.txt")
     refuses("none.tdx: (cannot be read|no such)", read_recording, tmp_path / "none.tdx")

@@ -41,7 +41,7 @@ def analytic_step(*, length=0.12, speed=0.5, noise=0.0, slip=0.017, seed=0):
     rng = np.random.default_rng(seed)
     return RigRun(
         condition=FLAT, axes="SAE", time=time, slip_angle=np.where(time > 1.0, slip, 0.0),
-        side_force=force + noise * rng.standard_normal(time.size), vertical_load=np.full(time.size, LINEAR),
+        lateral_force=force + noise * rng.standard_normal(time.size), vertical_load=np.full(time.size, LINEAR),
         speed=np.full(time.size, speed), kind="slip_step",
     )  # fmt: skip
 
@@ -49,7 +49,7 @@ def analytic_step(*, length=0.12, speed=0.5, noise=0.0, slip=0.017, seed=0):
 def test_a_step_late_in_the_record_is_one():
     """The slip after the step is that of the end, though most of the record lies before it."""
     run, wait = analytic_step(length=0.06), np.arange(0.0, 6.0, 0.001)
-    before = {"slip_angle": 0.0, "side_force": 3.0, "vertical_load": LINEAR, "speed": 0.5}
+    before = {"slip_angle": 0.0, "lateral_force": 3.0, "vertical_load": LINEAR, "speed": 0.5}
     longer = {name: np.concatenate([np.full(wait.size, at), getattr(run, name)]) for name, at in before.items()}
     late = replace(run, time=np.concatenate([wait, run.time + 6.0]), **longer)
     assert fit_slip_step(late).relaxation_length.value == pytest.approx(0.06, rel=0.01)
@@ -71,7 +71,7 @@ def curved_step(*, length, slip, load=450.0, friction=0.95, shape=1.4, curvature
     u = b * np.concatenate([np.zeros(1001), y])
     force = friction * load * np.sin(shape * np.arctan(u - curvature * (u - np.arctan(u))))
     noise = np.random.default_rng(seed).standard_normal(force.size)
-    return replace(run, side_force=3.0 + force + noise, vertical_load=np.full(force.size, load))
+    return replace(run, lateral_force=3.0 + force + noise, vertical_load=np.full(force.size, load))
 
 
 @pytest.mark.parametrize("slip", [0.5, 1.0, -2.0])
@@ -124,7 +124,7 @@ def test_a_load_that_swings_with_the_wheel_is_not_taken_for_lag():
     """A swing of 4 % once a turn of 2.1 m: the length comes out 3 % too short where the load is not recorded."""
     run = curved_step(length=0.11, slip=np.deg2rad(1.0))
     swing = 1.0 + 0.04 * np.sin(2 * np.pi * 0.5 * run.time / 2.1 - 0.5)
-    pressed = replace(run, side_force=3.0 + (run.side_force - 3.0) * swing, vertical_load=450.0 * swing)
+    pressed = replace(run, lateral_force=3.0 + (run.lateral_force - 3.0) * swing, vertical_load=450.0 * swing)
     steady = replace(pressed, vertical_load=np.full(run.time.size, 450.0))
     known, unknown = (fit_slip_step(one).relaxation_length.value for one in (pressed, steady))
     assert known == pytest.approx(0.11, rel=0.015)
@@ -162,11 +162,11 @@ def test_steps_are_told_from_sweeps():
 
 @pytest.mark.parametrize(("change", "words"), [
     (lambda run: {"slip_angle": 0.0 * run.slip_angle}, "changes by 0.000 deg; a step of 0.1 deg"),
-    (lambda run: {"side_force": -run.side_force}, "side force falls with slip"),
+    (lambda run: {"lateral_force": -run.lateral_force}, "lateral force falls with slip"),
     (lambda run: {"speed": 0.0 * run.time}, "must roll forward throughout"),
     (lambda run: {"speed": None, "condition": replace(FLAT, speed=None)}, "needs the speed"),
-    (lambda run: {"side_force": np.where(run.time < 3.97, np.nan, run.side_force)}, "too few for a slip step"),
-    (lambda run: {"side_force": 3.0 + 30.0 * np.maximum(run.time - 1.0, 0.0)}, "at least three relaxation lengths"),
+    (lambda run: {"lateral_force": np.where(run.time < 3.97, np.nan, run.lateral_force)}, "too few for a slip step"),
+    (lambda run: {"lateral_force": 3.0 + 30.0 * np.maximum(run.time - 1.0, 0.0)}, "at least three relaxation lengths"),
 ])  # fmt: skip
 def test_unusable_steps_are_refused(change, words):
     run = analytic_step()

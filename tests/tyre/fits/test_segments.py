@@ -61,7 +61,7 @@ def test_three_loads_two_pressures_and_three_cambers_are_eighteen_conditions_in_
         for event, other in zip(events.values(), runs["dat"].values(), strict=True):
             assert abs(event.time.size - other.time.size) < 60  # more or less of the rest at the ends
             inside = slice(*np.searchsorted(event.time, other.time[[30, -30]]))
-            for name in ("slip_angle", "side_force", "aligning_moment", "pressure"):
+            for name in ("slip_angle", "lateral_force", "aligning_moment", "pressure"):
                 here, there = getattr(event, name)[inside], getattr(other, name)[30:-30]
                 np.testing.assert_allclose(here, there, rtol=1e-7, atol=1e-5)  # of the printed digits
 
@@ -84,7 +84,7 @@ def test_the_fit_of_a_protocol_holds_stiffness_trail_and_slopes_over_camber(fold
             assert value == pytest.approx(truth, rel=within), (name, load, pressure)
             assert abs(value - truth) < 4 * sd, (name, load, pressure)
     tables, remarks = measured_tables(campaign)
-    assert tables == []  # without pull tests
+    assert tables == []  # without lateral stiffness tests
     assert "Example on flat: 12 conditions at more camber are not in the map" in remarks
 
 

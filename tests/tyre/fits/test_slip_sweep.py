@@ -40,15 +40,15 @@ def own_sweep(*, stiffness, saturation, length, offset, rate):
     force = lagged(saturation * np.tanh(stiffness * slip / saturation) + offset, step * V / length)
     thin = slice(None, None, 5)
     return RigRun(
-        condition=FLAT, axes="adapted SAE", time=time[thin], slip_angle=slip[thin], side_force=force[thin],
+        condition=FLAT, axes="adapted SAE", time=time[thin], slip_angle=slip[thin], lateral_force=force[thin],
         vertical_load=np.full(time[thin].size, 400.0),
     )  # fmt: skip
 
 
 def with_force(change):
-    """A sweep without noise, its side force (n,) changed by ``change(force, time)``."""
+    """A sweep without noise, its lateral force (n,) changed by ``change(force, time)``."""
     run = sweep()
-    return replace(run, side_force=change(run.side_force, run.time - run.time[0]))
+    return replace(run, lateral_force=change(run.lateral_force, run.time - run.time[0]))
 
 
 @pytest.mark.parametrize("rate", [1.0, 2.0, 4.0])
@@ -75,7 +75,7 @@ def test_a_wandering_load_does_not_bend_the_curve_and_a_noisy_one_changes_nothin
     noise = 3.0 * np.random.default_rng(5).standard_normal(steady.time.size)
     for frequency in (0.13, 0.29, 0.61):
         load = 400.0 * (1 + 0.02 * np.sin(2 * np.pi * frequency * steady.time + 1))
-        run = replace(steady, side_force=steady.side_force * load / 400.0, vertical_load=load + noise)
+        run = replace(steady, lateral_force=steady.lateral_force * load / 400.0, vertical_load=load + noise)
         found = fit_slip_sweep(run).cornering_stiffness.value
         assert found == pytest.approx(5500.0, rel=1e-3), frequency  # 2.5e-3 to 2e-2 without
     noisy = fit_slip_sweep(replace(steady, vertical_load=400.0 + 5 * noise)).cornering_stiffness.value
@@ -92,7 +92,7 @@ def test_one_branch_needs_the_relaxation_length_for_its_offset():
     run = sweep(rate=1.0)
     turns = slip_reversals(run)
     one = slice(int(turns[1]), int(turns[2]))
-    names = ("time", "slip_angle", "side_force", "vertical_load", "aligning_moment", "speed", "temperature")
+    names = ("time", "slip_angle", "lateral_force", "vertical_load", "aligning_moment", "speed", "temperature")
     branch = replace(run, **{name: getattr(run, name)[one] for name in names})
     zero = np.array([0.0])
     left_in = fit_slip_sweep(branch)
@@ -150,7 +150,7 @@ def test_the_interval_holds_the_slope_of_whatever_law_the_tyre_has(law):
     force = lagged(steady, (quiet.time[1] - quiet.time[0]) * K * V / C)
     for seed in (100, 102, 104, 107):
         noisy = sweep(Noise(), LoadCellDrift(), seed=seed)
-        fit = fit_slip_sweep(replace(noisy, side_force=noisy.side_force - quiet.side_force + force))
+        fit = fit_slip_sweep(replace(noisy, lateral_force=noisy.lateral_force - quiet.lateral_force + force))
         errors.append((fit.cornering_stiffness.value - C) / fit.fit_sd)
         assert fit.fit_sd < 0.04 * C
     assert np.sqrt(np.mean(np.square(errors))) < 1.9  # chi^2 of 4: 0.995 of cases
@@ -164,7 +164,7 @@ def test_spikes_and_dropouts_hardly_matter():
     assert clean.rate == pytest.approx(np.deg2rad(1.0), rel=0.01)
     spiky = fit_slip_sweep(sweep(Noise(), Dropouts(share=2e-3, spike=200.0), seed=4))
     assert spiky.cornering_stiffness.value == pytest.approx(clean.cornering_stiffness.value, abs=2 * clean.fit_sd)
-    assert any("samples without side force left out" in note for note in spiky.notes)
+    assert any("samples without lateral force left out" in note for note in spiky.notes)
 
 
 def test_varying_speed_is_followed_by_distance():
@@ -189,21 +189,22 @@ def as_it_is():
 def test_scaling_and_mirroring_the_tyre(as_it_is, factor, mirrored):
     run, plain = as_it_is
     sign = -1.0 if mirrored else 1.0
-    changed = replace(run, slip_angle=sign * run.slip_angle, side_force=sign * factor * run.side_force)
+    changed = replace(run, slip_angle=sign * run.slip_angle, lateral_force=sign * factor * run.lateral_force)
     other = fit_slip_sweep(changed)
     assert other.cornering_stiffness.value == pytest.approx(factor * plain.cornering_stiffness.value, rel=1e-6)
     assert other.parameters["lag"] == pytest.approx(plain.parameters["lag"], rel=1e-3)
 
 
 @pytest.mark.parametrize(("change", "words"), [
-    (lambda run: {"side_force": -run.side_force}, "side force falls with slip .* check axes"),
+    (lambda run: {"lateral_force": -run.lateral_force}, "lateral force falls with slip .* check axes"),
     (lambda run: {"time": run.time[::-1]}, "time does not increase"),
     (lambda run: {"slip_angle": 0.05 * run.slip_angle}, "spans 0.40 deg; a sweep of at least 1 deg"),
-    (lambda run: {"side_force": np.where(run.time < 12.0, np.nan, run.side_force)}, "of the side force is missing"),
+    (lambda run: {"lateral_force": np.where(run.time < 12.0, np.nan, run.lateral_force)},
+     "of the lateral force is missing"),
     (lambda run: {"slip_angle": np.where(run.time < 12.0, np.nan, run.slip_angle)}, "of the channel is missing"),
     (lambda run: {"slip_angle": run.slip_angle + 0.3}, "does not cross zero slip"),
     (lambda run: {"speed": 0.0 * run.speed}, "needs a speed above 0"),
-    (lambda run: {"side_force": 300.0 * np.sign(run.slip_angle)}, "far from the slope near zero slip"),
+    (lambda run: {"lateral_force": 300.0 * np.sign(run.slip_angle)}, "far from the slope near zero slip"),
 ])  # fmt: skip
 def test_recordings_that_are_no_sweep_are_refused(change, words):
     run = sweep(cycles=2)
@@ -217,7 +218,7 @@ def test_a_sweep_that_is_over_before_the_lag_has_settled_is_refused():
 
 def test_too_few_samples_and_missing_speed_are_refused():
     run = sweep(cycles=2)
-    names = ("time", "slip_angle", "side_force", "vertical_load", "aligning_moment", "speed", "temperature")
+    names = ("time", "slip_angle", "lateral_force", "vertical_load", "aligning_moment", "speed", "temperature")
     refuses("10 samples are too few", fit_slip_sweep, replace(run, **{name: getattr(run, name)[:10] for name in names}))
     silent = replace(run, speed=None, condition=replace(FLAT, speed=None))
     refuses("a known relaxation length needs the speed", fit_slip_sweep, silent, relaxation_length=0.1)
@@ -262,7 +263,7 @@ def test_r_squared_is_what_noise_leaves_of_the_scatter_about_the_mean(offset):
     rng = np.random.default_rng(2)
     clean = with_force(lambda f, t: f)
     run = with_force(lambda f, t: f + offset + noise * rng.standard_normal(f.size))
-    expected = 1 - noise**2 / (np.var(clean.side_force) + noise**2)
+    expected = 1 - noise**2 / (np.var(clean.lateral_force) + noise**2)
     fit = fit_slip_sweep(run)
     assert fit.r_squared == pytest.approx(expected, abs=0.004)
     assert fit.residual_sd == pytest.approx(noise, rel=0.05)
@@ -296,8 +297,8 @@ def test_derivatives_of_the_force_are_those_of_the_force():
 def test_rounding_of_the_force_moves_no_number_of_the_fit(draw):
     """Another BLAS kernel rounds otherwise: degrees of freedom differed by 3e-6 for it, then by 5e-8."""
     run = sweep(Noise(), LoadCellDrift(), seed=12, rate=2.0)
-    rounded = np.random.default_rng(draw).choice([1 - 2e-16, 1.0, 1 + 2.3e-16], run.side_force.size)
-    fit, again = fit_slip_sweep(run), fit_slip_sweep(replace(run, side_force=run.side_force * rounded))
+    rounded = np.random.default_rng(draw).choice([1 - 2e-16, 1.0, 1 + 2.3e-16], run.lateral_force.size)
+    fit, again = fit_slip_sweep(run), fit_slip_sweep(replace(run, lateral_force=run.lateral_force * rounded))
     assert fit.cornering_stiffness.value == pytest.approx(again.cornering_stiffness.value, rel=1e-12)
     assert fit.cornering_stiffness.dof == pytest.approx(again.cornering_stiffness.dof, rel=3e-9)
     assert fit.fit_sd == pytest.approx(again.fit_sd, rel=3e-9)

@@ -16,7 +16,7 @@ def clean(seed, kind="brush"):
 
 
 def quiet(noise=1.5, reach=6.0, flat=None):
-    """Side force 400 sin(1.4 atan(B x)) N with a slope of 6000 N/rad at zero, swept at 1 deg/s without lag."""
+    """Lateral force 400 sin(1.4 atan(B x)) N with a slope of 6000 N/rad at zero, swept at 1 deg/s without lag."""
     rng = np.random.default_rng(3)
     t = np.arange(int(12 * reach * 100)) / 100.0
     phase = t / (4 * reach) % 1.0
@@ -40,13 +40,15 @@ def test_a_tyre_that_slides_is_no_fault():
     left = 1.0 - np.minimum(6000.0 * np.abs(np.tan(run.slip_angle)) / 1200.0, 1.0)  # a brush of 400 N
     brush = np.sign(run.slip_angle) * 400.0 * (1.0 - left**3)
     noise = np.random.default_rng(4).normal(0.0, 1.5, brush.size)
-    assert fit_slip_sweep(replace(run, side_force=brush + noise)).sensor_faults == ()
+    assert fit_slip_sweep(replace(run, lateral_force=brush + noise)).sensor_faults == ()
 
 
 def test_a_force_cell_that_flattens_is_named_and_its_samples_are_not_used():
     fit = fit_slip_sweep(quiet(flat=250.0))
     (said,) = fit.sensor_faults
-    found = re.search(r"that of side_force: beyond \+-([\d.]+) N .* at least (\d+) % at its largest, ([\d.]+) N", said)
+    found = re.search(
+        r"that of lateral_force: beyond \+-([\d.]+) N .* at least (\d+) % at its largest, ([\d.]+) N", said
+    )
     assert found, said
     onset, share, largest = map(float, found.groups())
     assert largest == pytest.approx(305.0, abs=8.0)

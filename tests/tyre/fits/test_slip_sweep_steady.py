@@ -1,4 +1,4 @@
-"""Settled points of slip angle, load and side force without time: one steady curve for every level."""
+"""Settled points of slip angle, load and lateral force without time: one steady curve for every level."""
 
 import json
 
@@ -50,7 +50,7 @@ def test_look_drafts_a_sidecar_of_its_kind_and_fit_finds_each_load(tmp_path, cap
     (tmp_path / "t.toml").write_text(text)
     described = look(path)  # with its sidecar
     assert [(use.name, len(use.events)) for use in described.uses][:3] == [
-        ("steady curve", 3), ("pull test", 0), ("step (relaxation)", 0),
+        ("steady curve", 3), ("lateral stiffness test", 0), ("step (relaxation)", 0),
     ]  # fmt: skip
     main(["tyre", "fit", str(tmp_path), "--out", str(tmp_path / "fit"), "--json", "-", "--jobs", "1"])
     conditions = json.loads(capsys.readouterr().out)["conditions"]
@@ -66,7 +66,7 @@ def test_nineteen_of_twenty_intervals_hold_the_stiffness(tmp_path):
     path.with_suffix(".toml").write_text(SIDECAR.replace("kind", "load_N = 400\nkind"))
     misses, values = 0, []
     for seed in range(40):
-        write(path, [(a, f) for a, _, f in rows(seed, [400])], "slip_angle_deg,side_force_N")
+        write(path, [(a, f) for a, _, f in rows(seed, [400])], "slip_angle_deg,lateral_force_N")
         (run,) = read_events(path).values()
         fit = fit_slip_sweep(run)
         values.append(np.deg2rad(fit.cornering_stiffness.value))
@@ -77,7 +77,7 @@ def test_nineteen_of_twenty_intervals_hold_the_stiffness(tmp_path):
 
 def test_levels_of_load_and_pressure_are_conditions_of_their_own(tmp_path):
     table = [(*row, bar) for bar in (3.5, 5.5) for row in rows(3, [300, 500])]
-    path = write(tmp_path / "t.csv", table, "slip_angle_deg,vertical_load_N,side_force_N,pressure_bar")
+    path = write(tmp_path / "t.csv", table, "slip_angle_deg,vertical_load_N,lateral_force_N,pressure_bar")
     path.with_suffix(".toml").write_text(SIDECAR.replace("pressure_bar = 4.5\n", ""))
     found = {
         name: (run.condition.load, round(run.condition.pressure / 1e5, 6)) for name, run in read_events(path).items()
@@ -92,14 +92,16 @@ def test_levels_of_load_and_pressure_are_conditions_of_their_own(tmp_path):
     (np.arange(0.5, 8, 0.5), "the points do not cross zero slip"),
 ])  # fmt: skip
 def test_what_is_no_curve_is_refused(tmp_path, slip, words):
-    path = write(tmp_path / "t.csv", rows(1, [400], slip), "slip_angle_deg,vertical_load_N,side_force_N")
+    path = write(tmp_path / "t.csv", rows(1, [400], slip), "slip_angle_deg,vertical_load_N,lateral_force_N")
     path.with_suffix(".toml").write_text(SIDECAR)
     (run,) = read_events(path).values()
     refuses(words, fit_slip_sweep, run)
 
 
 def test_points_a_degree_apart_are_enough(tmp_path):
-    path = write(tmp_path / "t.csv", rows(1, [400], np.arange(-7, 8.0)), "slip_angle_deg,vertical_load_N,side_force_N")
+    path = write(
+        tmp_path / "t.csv", rows(1, [400], np.arange(-7, 8.0)), "slip_angle_deg,vertical_load_N,lateral_force_N"
+    )
     path.with_suffix(".toml").write_text(SIDECAR)
     (run,) = read_events(path).values()
     fit = fit_slip_sweep(run)
@@ -107,7 +109,7 @@ def test_points_a_degree_apart_are_enough(tmp_path):
 
 
 def test_without_the_kind_the_sidecar_is_told(tmp_path):
-    path = write(tmp_path / "t.csv", rows(1), "slip_angle_deg,vertical_load_N,side_force_N")
+    path = write(tmp_path / "t.csv", rows(1), "slip_angle_deg,vertical_load_N,lateral_force_N")
     path.with_suffix(".toml").write_text(SIDECAR.replace('kind = "steady"\n', ""))
     refuses('time_s is missing .* write kind = "steady" into the sidecar', read_events, path)
 

@@ -45,7 +45,7 @@ def test_camber_and_moments_of_mf61_by_hand():
 
 
 def test_the_overturning_couple_with_all_its_terms():
-    """By differences of eq. 4.E69 without side force."""
+    """By differences of eq. 4.E69 without lateral force."""
     text = TIR.replace("PPMX1", "QSX4 = 0.02\nQSX5 = 0.7\nQSX6 = 0.9\nQSX7 = 0.5\nQSX10 = 0.01\nQSX11 = 1.3\nPPMX1")
     fz, dpi, r0 = 380 / 450, 0.2, 0.336
 
@@ -101,14 +101,14 @@ def test_what_a_file_does_not_hold_is_none():
 
 @pytest.mark.parametrize(("load", "pressure"), [(330.0, 3e5), (330.0, 5e5), (520.0, 5e5)])
 def test_pacejka89_near_straight_running_by_differences(made_up_89, load, pressure):
-    """Slopes of the published curves themselves, side force and moment over slip and camber."""
+    """Slopes of the published curves themselves, lateral force and moment over slip and camber."""
     found, h, at = made_up_89.at(load=load, pressure=pressure), 1e-6, {"load": load, "pressure": pressure}
 
     def slope(curve, **step):
         up, down = (curve(**({"slip_angle": 0.0} | {k: s * v for k, v in step.items()}), **at) for s in (1, -1))
         return float(up - down) / (2 * h)
 
-    side, moment = made_up_89.side_force, made_up_89.aligning_moment
+    side, moment = made_up_89.lateral_force, made_up_89.aligning_moment
     assert found.cornering_stiffness == pytest.approx(slope(side, slip_angle=h), rel=1e-7)
     assert found.camber_stiffness == pytest.approx(slope(side, camber=h), rel=1e-6)
     assert found.aligning_stiffness == pytest.approx(-slope(moment, slip_angle=h), rel=1e-7)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tyre import MeasuredTable, TyreMap
-from tyre.laws import fit_mf61, normalised_side_force, normalised_side_force_slope, read_tir, write_tir
+from tyre.laws import fit_mf61, normalised_lateral_force, normalised_lateral_force_slope, read_tir, write_tir
 
 coefficients = st.fixed_dictionaries({
     "stiffness_factor": st.floats(1.0, 30.0), "shape_factor": st.floats(0.5, 2.0), "peak_factor": st.floats(0.2, 1.5),
@@ -20,7 +20,7 @@ def test_one_value_by_hand() -> None:
     """B 10, C 1.3, D 1, E 0.5 at 0.1 rad: B x = 1, argument 1 - 0.5 (1 - pi/4), then sin(1.3 atan(.))."""
     argument = 1 - 0.5 * (1 - math.pi / 4)
     expected = math.sin(1.3 * math.atan(argument)) + 0.02
-    force = normalised_side_force(
+    force = normalised_lateral_force(
         0.1, stiffness_factor=10, shape_factor=1.3, peak_factor=1, curvature_factor=0.5, vertical_shift=0.02
     )
     assert force == pytest.approx(expected, rel=1e-15)
@@ -29,7 +29,7 @@ def test_one_value_by_hand() -> None:
 def test_sine_of_arctangent_closed_form() -> None:
     """C = 2, E = 0: sin(2 atan u) = 2 u / (1 + u^2), with its peak D at u = 1."""
     slip = np.linspace(-0.5, 0.5, 11)
-    force = normalised_side_force(slip, stiffness_factor=5, shape_factor=2, peak_factor=0.9, curvature_factor=0)
+    force = normalised_lateral_force(slip, stiffness_factor=5, shape_factor=2, peak_factor=0.9, curvature_factor=0)
     np.testing.assert_allclose(force, 0.9 * 10 * slip / (1 + 25 * slip**2), rtol=1e-14, atol=1e-16)
 
 
@@ -37,8 +37,8 @@ def test_sine_of_arctangent_closed_form() -> None:
 @given(coefficients, st.floats(-0.15, 0.15))
 def test_slope_is_the_derivative(values: dict[str, float], slip: float) -> None:
     step = 1e-6
-    difference = normalised_side_force(slip + step, **values) - normalised_side_force(slip - step, **values)
-    slope = normalised_side_force_slope(slip, **values)
+    difference = normalised_lateral_force(slip + step, **values) - normalised_lateral_force(slip - step, **values)
+    slope = normalised_lateral_force_slope(slip, **values)
     assert difference / (2 * step) == pytest.approx(float(slope), abs=2e-6 * values["stiffness_factor"] ** 2)
 
 

@@ -22,12 +22,12 @@ ALIGNING = (2.2, 0.0, 10.0, 0.0, -4.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 
 FIT = Pacejka89("made-up", 4e5, 1000.0, LATERAL, ALIGNING)
 
 
-def test_side_force_by_hand():
+def test_lateral_force_by_hand():
     # 500 N: BCD = 100 sin(2 atan(0.5/0.5)) = 100 N/deg, D = 500 N, B = 100 / (1.3 * 500) per deg, E = -1
     b = 100.0 / 650.0
     x = 2.0 * b
     expected = 500.0 * np.sin(1.3 * np.arctan(x + (x - np.arctan(x))))
-    assert FIT.side_force(slip_angle=np.deg2rad(2.0), load=500.0) == pytest.approx(expected, rel=1e-13)
+    assert FIT.lateral_force(slip_angle=np.deg2rad(2.0), load=500.0) == pytest.approx(expected, rel=1e-13)
     held = FIT.linear(load=500.0)
     assert held["cornering_stiffness"] == pytest.approx(100.0 * 180.0 / np.pi, rel=1e-13)
     assert held["pneumatic_trail"] == pytest.approx(0.02, rel=1e-13)
@@ -40,10 +40,11 @@ def test_slip_in_radians_is_the_same_formula():
     lateral = list(LATERAL)
     lateral[3] /= deg  # N/deg -> N/rad
     lateral[8] *= deg  # shift of slip
-    rad = replace(FIT, side_force_coefficients=tuple(lateral), slip_unit="rad")
+    rad = replace(FIT, lateral_force_coefficients=tuple(lateral), slip_unit="rad")
     slip = np.linspace(-0.1, 0.1, 7)
     np.testing.assert_allclose(
-        rad.side_force(slip_angle=slip, load=400.0, camber=0.1), FIT.side_force(slip_angle=slip, load=400.0, camber=0.1)
+        rad.lateral_force(slip_angle=slip, load=400.0, camber=0.1),
+        FIT.lateral_force(slip_angle=slip, load=400.0, camber=0.1),
     )
     one, other = (fit.linear(load=400.0)["cornering_stiffness"] for fit in (rad, FIT))
     assert one == pytest.approx(other)
@@ -51,7 +52,7 @@ def test_slip_in_radians_is_the_same_formula():
 
 @pytest.mark.parametrize("load", [0.0, -100.0, 1001.0, np.nan])
 def test_loads_beyond_the_fit_are_refused(load):
-    refuses("is outside of the fit, which holds above 0 and up to 1000 N", FIT.side_force, slip_angle=0.0, load=load)
+    refuses("is outside of the fit, which holds above 0 and up to 1000 N", FIT.lateral_force, slip_angle=0.0, load=load)
 
 
 def coefficients(position, value, which=LATERAL):
@@ -59,10 +60,10 @@ def coefficients(position, value, which=LATERAL):
 
 
 @pytest.mark.parametrize(("change", "message"), [
-    ({"side_force_coefficients": coefficients(3, 8000.0)}, "cornering stiffness at 200 N is 5517 N/deg"),
-    ({"side_force_coefficients": coefficients(3, -100.0)}, "cornering stiffness at 200 N is -68.97 N/deg"),
-    ({"side_force_coefficients": coefficients(13, 900.0)}, "its sign must follow the slip"),
-    ({"side_force_coefficients": coefficients(2, 1600.0, coefficients(0, 2.0))}, "times the load, allowed is 1.5"),
+    ({"lateral_force_coefficients": coefficients(3, 8000.0)}, "cornering stiffness at 200 N is 5517 N/deg"),
+    ({"lateral_force_coefficients": coefficients(3, -100.0)}, "cornering stiffness at 200 N is -68.97 N/deg"),
+    ({"lateral_force_coefficients": coefficients(13, 900.0)}, "its sign must follow the slip"),
+    ({"lateral_force_coefficients": coefficients(2, 1600.0, coefficients(0, 2.0))}, "times the load, allowed is 1.5"),
     ({"aligning_moment_coefficients": coefficients(4, 4.0, ALIGNING)}, "pneumatic trail at 200 N is -11.6 mm"),
 ])  # fmt: skip
 def test_unsound_coefficients_are_refused(change, message):
@@ -74,7 +75,7 @@ def test_curves_beyond_the_pressures_are_refused():
     tyre = read_pacejka89("schwalbe_energizer_plus_28x1.75")
     assert float(tyre.aligning_moment(slip_angle=0.01, load=400.0, pressure=5e5)) < 0.0
     with pytest.raises(InputError, match="pressure 5.5 bar is outside of the fitted 3 to 5 bar"):
-        tyre.side_force(slip_angle=0.0, load=400.0, pressure=5.5e5)
+        tyre.lateral_force(slip_angle=0.0, load=400.0, pressure=5.5e5)
 
 
 @pytest.mark.parametrize("camber", [-0.06, 0.0, 0.11])
@@ -95,7 +96,7 @@ def test_the_moment_of_a_leaning_tyre_by_the_formula(slip, camber):
 def test_a_coefficient_that_is_no_number_is_refused():
     for value in (np.nan, np.inf, -2e12):
         with pytest.raises(InputError, match=r"a3 = .* must be a number up to 1e\+12 in size"):
-            replace(FIT, side_force_coefficients=(*LATERAL[:3], value, *LATERAL[4:]))
+            replace(FIT, lateral_force_coefficients=(*LATERAL[:3], value, *LATERAL[4:]))
 
 
 def test_a_pressure_that_no_float_holds_is_refused(tmp_path):
@@ -106,11 +107,11 @@ def test_a_pressure_that_no_float_holds_is_refused(tmp_path):
 
 def test_coefficients_that_make_no_number_are_refused_without_a_warning():
     with pytest.raises(InputError, match="the fit is not usable"):
-        check_coefficients(replace(FIT, side_force_coefficients=(*LATERAL[:4], 0.0, *LATERAL[5:])))
+        check_coefficients(replace(FIT, lateral_force_coefficients=(*LATERAL[:4], 0.0, *LATERAL[5:])))
 
 
 SETS = read_pacejka89("schwalbe_energizer_plus_28x1.75").sets
-FY, MZ = (list(one) for one in (SETS[0].side_force_coefficients, SETS[0].aligning_moment_coefficients or ()))
+FY, MZ = (list(one) for one in (SETS[0].lateral_force_coefficients, SETS[0].aligning_moment_coefficients or ()))
 OLDER = json.loads((Path(__file__).parents[2] / "published" / "data" / "schwalbe_t03_older_fits.json").read_text())[
     "sets"
 ]
@@ -144,7 +145,7 @@ ONE = [
     ("write.yaml", ROLES | {"pressure_kPa": 300}, True),
     ("nested.yml", {"SchwalbeT03_300kPa": {"Fy_coef": FY, "Mz_coef": MZ, "pressure_kPa": 300}}, True),
     ("bare_p300.json", FY, False),
-    ("psi.json", {"side_force": FY, "pressure_psi": 43.511321319062764}, False),
+    ("psi.json", {"lateral_force": FY, "pressure_psi": 43.511321319062764}, False),
     ("named.json", NAMED | {"pressure_bar": 3}, True),
     ("split.json", {"a111": FY[11], "a112": 0} | {k.upper(): v for k, v in NAMED.items() if k != "a11"}
      | {"pressure_bar": 3}, True),
@@ -162,14 +163,14 @@ def test_every_form_gives_the_same_slopes(tmp_path, name, content, moment):
     found = read_tyre(put(tmp_path, name, content))
     assert found.pressures.tolist() == pytest.approx([3e5], rel=1e-14)
     np.testing.assert_allclose(slopes_of(found, found.pressures[0]), SLOPES[3e5], atol=0.51)
-    assert found.sets[0].side_force_coefficients == tuple(FY)
+    assert found.sets[0].lateral_force_coefficients == tuple(FY)
     assert found.sets[0].aligning_moment_coefficients == (tuple(MZ) if moment else None)
 
 
 @pytest.mark.parametrize("ending", ["json", "yaml"])
 def test_sets_at_several_pressures(tmp_path, ending):
     content = {"tyre": "T", "load_max_N": 1000, "surface": "flat", "slip_unit": "deg", "sets": [
-        {"pressure_kPa": p, "Fy": list(s.side_force_coefficients), "Mz": list(s.aligning_moment_coefficients)}
+        {"pressure_kPa": p, "Fy": list(s.lateral_force_coefficients), "Mz": list(s.aligning_moment_coefficients)}
         for p, s in zip([300, 400, 500], SETS, strict=True)
     ]}  # fmt: skip
     found = read_tyre(put(tmp_path, f"t.{ending}", content))
@@ -197,7 +198,7 @@ def older(**what):
 
 
 def test_slip_in_radians(tmp_path):
-    coefficients = older(slip_unit="rad", quantity="side_force")
+    coefficients = older(slip_unit="rad", quantity="lateral_force")
     found = read_tyre(put(tmp_path, "b_p300.json", {"Fy": coefficients, "slip_unit": "rad"}))
     # an older fit of the same measurements: its slope at 400 N is that of the later one, 5878 N/rad, to a tenth
     assert found.at(load=400.0, pressure=3e5).cornering_stiffness == pytest.approx(5878, rel=0.1)
@@ -206,7 +207,7 @@ def test_slip_in_radians(tmp_path):
 
 
 def test_odd_coefficients_are_told(tmp_path):
-    coefficients = older(label="values from OptPar_deg", quantity="side_force")
+    coefficients = older(label="values from OptPar_deg", quantity="lateral_force")
     notes = read_tyre(put(tmp_path, "o_p300.json", {"Fy": coefficients})).notes
     # C is its first number; D(0.4 kN) = (3896.99 0.4^2 + 3964.31 0.4) N
     assert "C = 0.2963 (usual 0.5 to 4), D = 5.523 times the load at 400 N" in " ".join(notes)
@@ -221,7 +222,7 @@ def test_an_aborted_fit_is_refused(tmp_path):
 @pytest.mark.parametrize(("name", "content", "words"), [
     ("a.json", FY, "no pressure; write pressure_kPa = 300"),
     ("a_p300.json", FY[:-1], "must be a list of 14 numbers"),
-    ("a_p300.json", {"Fy": MZ}, "side_force = .* must be a list of 14 numbers"),
+    ("a_p300.json", {"Fy": MZ}, "lateral_force = .* must be a list of 14 numbers"),
     ("a_p300.json", {"Fy": FY, "Mz": FY}, "aligning_moment = .* must be a list of 18 numbers"),
     ("a_p300.json", {"Fx": FY}, "unknown key 'Fx'"),
     ("a_p300.json", {"Name": "x", "Lateral Coefficients": {"a0": 1.3}}, "is of a tyre file of Chrono, which states no"),
@@ -283,7 +284,7 @@ def test_a_camber_force_with_the_square_of_the_load(tmp_path):
     camber = math.radians(3)
     force = 1050 * 0.4 * math.sin(1.35 * math.atan(bent(slope / (1.35 * 1050 * 0.4) * 0.04 * 3)))
     force += (1.5 * 0.4 + 0.2 * 0.16) * 3
-    assert found.side_force(slip_angle=0, load=400, pressure=3.5e5, camber=camber) == pytest.approx(force)
+    assert found.lateral_force(slip_angle=0, load=400, pressure=3.5e5, camber=camber) == pytest.approx(force)
     assert "a112 = 0.2 is taken: camber force with the square of the load" in here.notes
 
 

@@ -10,7 +10,8 @@ from tests.shared.refusals import refuses
 from tyre import InputError
 from tyre.laws import parse_tir
 
-# made up, of the size of a bicycle's tyre; every coefficient of 6.1 that side force and aligning moment have, no shifts
+# made up, of the size of a bicycle's tyre; every coefficient of 6.1 that lateral force and aligning moment have, no
+# shifts
 MF61 = {
     "UNLOADED_RADIUS": 0.34, "LATERAL_STIFFNESS": 55000,
     "FITTYP": 61, "NOMPRES": 4e5, "PRESMIN": 2e5, "PRESMAX": 7e5, "FZMIN": 100, "FZMAX": 900, "FNOMIN": 400,
@@ -35,7 +36,7 @@ def curve(bx, c, e):
 
 
 def mf61_by_hand(slip, camber, fz, p, *, software=True):
-    """Pacejka (2012), 4.E19 to 4.E49, in ISO axes: side force and aligning moment."""
+    """Pacejka (2012), 4.E19 to 4.E49, in ISO axes: lateral force and aligning moment."""
     k = dict.fromkeys(("LCY", "LEY", "LHY", "LVY", "LRES", "LFZO"), 1.0) | MF61
     dfz, dpi, ga, al = fz / 400 - 1, p / 4e5 - 1, math.sin(camber), math.tan(slip)
 
@@ -71,12 +72,12 @@ def test_curves_of_mf61_by_hand_and_their_slopes(convention):
         slip, camber, fz, p = rng.uniform([-0.2, -0.5, 150, 2.2e5], [0.2, 0.5, 850, 6.8e5]).tolist()
         force, moment = mf61_by_hand(slip, camber, fz, p, software=convention == "software")
         at = {"slip_angle": slip, "camber": camber, "load": fz, "pressure": p}
-        assert found.side_force(**at) == pytest.approx(-force, rel=1e-12)
+        assert found.lateral_force(**at) == pytest.approx(-force, rel=1e-12)
         assert found.aligning_moment(**at) == pytest.approx(-moment, rel=1e-11, abs=1e-12)
         here, h, at = found.at(load=fz, pressure=p), 1e-6, {"load": fz, "pressure": p}
         for name, angle, expected in (
-            ("side_force", "slip_angle", here.cornering_stiffness),
-            ("side_force", "camber", here.camber_stiffness),
+            ("lateral_force", "slip_angle", here.cornering_stiffness),
+            ("lateral_force", "camber", here.camber_stiffness),
             ("aligning_moment", "slip_angle", -here.aligning_stiffness),
             ("aligning_moment", "camber", here.twisting_stiffness - here.pneumatic_trail * here.camber_stiffness),
         ):
@@ -100,7 +101,7 @@ def test_curve_of_mf52_by_hand():
     trail = fz * 0.05 * 0.336 / 450 * math.cos(curve(8.0 * at, 1.1, -1.0)) * math.cos(slip)
     residual = fz * 0.336 * -0.02 * g * math.cos(math.atan(12.0 * (slip + sh + sv / kya))) * math.cos(slip)
     found, where = tyre(k), {"slip_angle": slip, "camber": g, "load": fz, "pressure": 5e5}
-    assert found.side_force(**where) == pytest.approx(-force, rel=1e-12)
+    assert found.lateral_force(**where) == pytest.approx(-force, rel=1e-12)
     assert found.aligning_moment(**where) == pytest.approx(-(residual - trail * force), rel=1e-12)
 
 
@@ -130,7 +131,7 @@ def test_a_motorcycle_tyre_has_its_own_law_under_any_name(name):
     k = 26.601 * 1475 * math.sin(1.0167 * math.atan(fz / (1.4989 * 1475)))
     d, kg = 1.3 * fz, (0.77 + 0.1 * (fz / 1475 - 1)) * fz
     force = d * math.sin(curve(k / (0.9 * d) * slip, 0.9, 0.0) + curve(kg / (0.8 * d) * g, 0.8, -2.0))
-    assert found.side_force(slip_angle=slip, camber=g, load=fz, pressure=math.nan) == pytest.approx(force, rel=1e-12)
+    assert found.lateral_force(slip_angle=slip, camber=g, load=fz, pressure=math.nan) == pytest.approx(force, rel=1e-12)
     assert found.at(load=fz, pressure=math.nan).camber_stiffness == pytest.approx(kg, rel=1e-12)
 
 
@@ -208,7 +209,7 @@ def test_a_number_that_the_law_of_a_file_does_not_use_may_be_missing():
     refuses("NOMPRES is missing", tyre, without | {"PPY1": 0.2})
     slope = {key: value for key, value in MOTORCYCLE.items() if key != "PCY2"} | {"PROPERTY_FILE_FORMAT": "PAC_MC"}
     assert tyre(slope).at(load=1475.0, pressure=math.nan).cornering_stiffness == pytest.approx(22095, abs=2)
-    refuses("holds no curve of the side force .PCY1, PDY1, PCY2., only its slope", tyre(slope).side_force,
+    refuses("holds no curve of the lateral force .PCY1, PDY1, PCY2., only its slope", tyre(slope).lateral_force,
             slip_angle=0.1, load=1200.0, pressure=math.nan)  # fmt: skip
 
 
@@ -222,8 +223,10 @@ def test_models_that_contradict_their_coefficients(values, words):
 
 
 def test_what_is_not_held_or_not_known_is_refused():
-    with pytest.raises(InputError, match=r"a\.tir: it holds no curve of the side force \(PCY1, PDY1\), only its slope"):
-        tyre(OLD).side_force(slip_angle=0.1, load=400.0, pressure=5e5)
+    with pytest.raises(
+        InputError, match=r"a\.tir: it holds no curve of the lateral force \(PCY1, PDY1\), only its slope"
+    ):
+        tyre(OLD).lateral_force(slip_angle=0.1, load=400.0, pressure=5e5)
     with pytest.raises(InputError, match=r"a\.tir: it holds no aligning moment"):
         tyre(MOTORCYCLE).aligning_moment(slip_angle=0.1, load=400.0, pressure=5e5)
     refuses("camber_moment = 'sae' must be 'software' or 'book'", tyre, MF61, camber_moment="sae")

@@ -173,7 +173,7 @@ def put_plain(tmp_path, text, name="mine.csv"):
 
 @pytest.mark.parametrize("text", [
     OWN,
-    OWN.replace("mm\n", "mm  # of the pull test\n").replace("load_N", '"load_N"'),
+    OWN.replace("mm\n", "mm  # of the lateral stiffness test\n").replace("load_N", '"load_N"'),
     "Fz [N],p [bar],C [N/deg],K [N/mm]\n340,3.5,90,45\n490,3.5,110,45\n",
     "Fz [kN];p [kPa];C [N/deg];K [N/mm]\n0,340;350;90,0;45\n0,490;350;110;45\n",
     f"vertical_load_lbf,p_psi,C_alpha_kN_per_rad,K_y_N_per_m\n{340 / LBF!r},{3.5e5 / PSI!r},{C1 / 1e3!r},45000\n"

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tyre.recordings import Condition, PullTest, RigRun, preflight
+from tyre.recordings import Condition, LateralStiffnessTest, RigRun, preflight
 
 CONDITION = Condition("Tyre", 400.0, 5.5e5, "flat", speed=2.6, temperature=22.0)
 
@@ -29,7 +29,7 @@ def pull():
     x = np.concatenate([up, up[::-1]])
     force = 5.5e4 * x + np.repeat([1.0, -1.0], 40)
     rng = np.random.default_rng(7)
-    return PullTest(CONDITION, "ISO", force + rng.normal(0.0, 0.1, 80), x + 1e-6 * force, 1e-6 * force)
+    return LateralStiffnessTest(CONDITION, "ISO", force + rng.normal(0.0, 0.1, 80), x + 1e-6 * force, 1e-6 * force)
 
 
 def changed(recording, **channels):
@@ -67,24 +67,26 @@ FAULTS = [
     (lambda: sweep(cycles=1.0), "too few sweeps: 2 branches show no repeatability", True),
     (lambda: sweep(reach=0.6, cycles=12), r"slip range is \+-0.6 deg, at least \+-1 deg", False),
     (lambda: sweep(reach=2.0), r"slip range is \+-2 deg, curvature shows only beyond \+-3 deg", True),
-    (lambda: changed(sweep(), slip_angle=np.abs, side_force=np.abs, aligning_moment=lambda m: -np.abs(m)),
+    (lambda: changed(sweep(), slip_angle=np.abs, lateral_force=np.abs, aligning_moment=lambda m: -np.abs(m)),
      "slip goes to one side only", True),
     (lambda: changed(sweep(), vertical_load=lambda f: f + np.linspace(0.0, 16.0, f.size)),
      r"vertical load drifts by \+3", True),
     (lambda: changed(sweep(), vertical_load=lambda f: 1.1 * f),
      r"median vertical load is 440 N, \+10.0% off the declared 400 N; at most 5% is allowed: declare", False),
-    (lambda: changed(sweep(), side_force=put(slice(100, 150), np.nan)),
-     "side_force has 50 missing samples .*longest run of 50 from sample 101", True),
+    (lambda: changed(sweep(), lateral_force=put(slice(100, 150), np.nan)),
+     "lateral_force has 50 missing samples .*longest run of 50 from sample 101", True),
     (lambda: changed(sweep(), slip_angle=put(slice(0, 3000), np.nan)), "slip_angle has 3000 missing samples", False),
-    (lambda: changed(sweep(), side_force=lambda f: np.clip(f, -350.0, 350.0)), "side_force is saturated", False),
-    (lambda: changed(sweep(), side_force=put(slice(500, 800), 12.0)), "side_force is frozen: 300 samples", False),
-    (lambda: changed(sweep(), side_force=put(slice(500, 800), 900.0)), "side_force is saturated: 300 samples", False),
-    (lambda: changed(sweep(), side_force=np.negative), r"under axes = 'adapted SAE'; axes = 'ISO' or 'SAE' would fit",
+    (lambda: changed(sweep(), lateral_force=lambda f: np.clip(f, -350.0, 350.0)), "lateral_force is saturated", False),
+    (lambda: changed(sweep(), lateral_force=put(slice(500, 800), 12.0)), "lateral_force is frozen: 300 samples", False),
+    (lambda: changed(sweep(), lateral_force=put(slice(500, 800), 900.0)),
+     "lateral_force is saturated: 300 samples", False),
+    (lambda: changed(sweep(), lateral_force=np.negative),
+     r"under axes = 'adapted SAE'; axes = 'ISO' or 'SAE' would fit",
      False),
-    (lambda: replace(changed(sweep(), side_force=np.negative), axes="SAE"), "axes = 'adapted SAE' would fit", False),
+    (lambda: replace(changed(sweep(), lateral_force=np.negative), axes="SAE"), "axes = 'adapted SAE' would fit", False),
     (lambda: changed(sweep(), aligning_moment=np.negative), "wrong sign: aligning moment grows with slip", True),
-    (lambda: changed(sweep(), side_force=lambda f: np.random.default_rng(1).normal(size=f.size)),
-     "side force does not follow the slip", True),
+    (lambda: changed(sweep(), lateral_force=lambda f: np.random.default_rng(1).normal(size=f.size)),
+     "lateral force does not follow the slip", True),
     (lambda: changed(sweep(), time=put(40, 0.05)), r"time does not increase at 1 samples, first at sample 41", False),
     (lambda: changed(sweep(), time=put(40, np.nan)), "time is missing in 1 samples", False),
     (lambda: changed(sweep(), time=lambda t: t + 3.0 * (t > 5.0)), "1 gaps in time, the first of 3 s after 5", True),
@@ -93,13 +95,14 @@ FAULTS = [
     (lambda: changed(sweep(), speed=np.negative), "the tyre does not roll forward", False),
     (lambda: replace(sweep(), temperature=np.linspace(20.0, 40.0, sweep().time.size)),
      r"temperature drifts by \+1", True),
-    (lambda: changed(pull(), side_force=np.negative), "side force falls with displacement", False),
-    (lambda: changed(pull(), side_force=lambda f: np.clip(f, None, 80.0)), "side_force is saturated", False),
+    (lambda: changed(pull(), lateral_force=np.negative), "lateral force falls with displacement", False),
+    (lambda: changed(pull(), lateral_force=lambda f: np.clip(f, None, 80.0)), "lateral_force is saturated", False),
     (lambda: changed(pull(), plate_displacement=lambda x: 0.1 * x, rim_displacement=lambda x: 0.1 * x),
      "tyre deflection covers 0.2 mm, 0.3 mm are needed", False),
     (lambda: changed(pull(), plate_displacement=lambda x: 0 * x + 1.5e-3), "plate_displacement stays at 1.5 mm", False),
     (lambda: changed(pull(), plate_displacement=lambda x: np.round(x, 3)), "fewer than 20 steps of the gauge", True),
-    (lambda: changed(pull(), side_force=put(slice(5, None), np.nan)), "only 5 complete samples, 8 are needed", False),
+    (lambda: changed(pull(), lateral_force=put(slice(5, None), np.nan)),
+     "only 5 complete samples, 8 are needed", False),
     (lambda: replace(pull(), plate_displacement=4 * pull().plate_displacement,
                      rim_displacement=3 * pull().plate_displacement), "the rim takes 75% of the plate's", True),
     (lambda: replace(sweep(), slip_angle=np.full(sweep().time.size, np.nan)), "slip_angle has no valid samples", False),
@@ -133,7 +136,7 @@ def test_what_is_missing_is_named():
     text = "\n".join(preflight(bare).missing)
     for words in ("no pneumatic trail", "rate lag cannot be removed", "temperature: its drift"):
         assert words in text
-    loading = PullTest(CONDITION, "ISO", *(np.linspace(0.0, top, 40) for top in (100.0, 2e-3, 0.0)))
+    loading = LateralStiffnessTest(CONDITION, "ISO", *(np.linspace(0.0, top, 40) for top in (100.0, 2e-3, 0.0)))
     text = "\n".join(preflight(loading).missing)
     for words in ("the rim is taken as rigid", "unloading: friction cannot be told"):
         assert words in text

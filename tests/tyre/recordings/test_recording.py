@@ -11,7 +11,7 @@ X = np.linspace(-1.0, 1.0, 9)
 
 
 def run(**channels):
-    usual = {"time": X, "slip_angle": 0.07 * X, "side_force": 300 * X, "vertical_load": 400 + X}
+    usual = {"time": X, "slip_angle": 0.07 * X, "lateral_force": 300 * X, "vertical_load": 400 + X}
     return RigRun(FLAT, "ISO", **{**usual, **channels})
 
 
@@ -32,7 +32,7 @@ def test_conditions_in_other_units(values, words):
 
 @pytest.mark.parametrize(("channels", "words"), [
     ({"slip_angle": 4.0 * X}, r"slip_angle reaches 229.2 deg, .*check the unit \(degrees under rad\?\)"),
-    ({"side_force": 3e5 * X}, r"side_force reaches 3e\+05 N, .*\(newtons under kN\?\)"),
+    ({"lateral_force": 3e5 * X}, r"lateral_force reaches 3e\+05 N, .*\(newtons under kN\?\)"),
     ({"vertical_load": 40.8 + X}, r"median vertical load is 40.8 N, .*wrong unit \(kg in the recording\?\)"),
     ({"vertical_load": 0.4 + 0.001 * X}, r"wrong unit \(kN in the recording\?\)"),
     ({"vertical_load": 3923.0 + X}, r"wrong unit \(kg in the declared load\?\)"),

@@ -124,7 +124,7 @@ def test_delay_and_play_move_the_branches_apart_as_they_should():
             )  # fmt: skip
             rising = np.gradient(run.slip_angle) > 0
             near = (np.abs(run.slip_angle) < 0.05) & (run.time > 1.0)
-            up, down = (np.polyfit(run.slip_angle[near & s], run.side_force[near & s], 1) for s in (rising, ~rising))
+            up, down = (np.polyfit(run.slip_angle[near & s], run.lateral_force[near & s], 1) for s in (rising, ~rising))
             shifts[name] = -(up[1] - down[1]) / (up[0] + down[0])
         assert shifts["channel_delay"] == pytest.approx(np.deg2rad(rate) * 0.05, rel=0.01)
         assert shifts["steering_play"] == pytest.approx(1e-3, rel=0.01)

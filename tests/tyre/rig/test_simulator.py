@@ -61,7 +61,7 @@ def test_branch_gap_is_two_c_rate_length_over_speed():
     up = (np.diff(run.slip_angle, prepend=run.slip_angle[0] - 1e-9) > 0) & (run.time > 1.0)
     near = np.abs(run.slip_angle) < np.deg2rad(0.1)
     at_zero = [
-        np.polyfit(run.slip_angle[near & s], run.side_force[near & s], 1)[1] for s in (up, ~up & (run.time > 1.0))
+        np.polyfit(run.slip_angle[near & s], run.lateral_force[near & s], 1)[1] for s in (up, ~up & (run.time > 1.0))
     ]
     expected = 2 * C * rate * (C / K) / (9.3 / 3.6)
     assert at_zero[1] - at_zero[0] == pytest.approx(expected, rel=0.01)
@@ -72,15 +72,15 @@ def test_step_reaches_63_percent_after_one_relaxation_length():
     run = simulate_step(tyre=TYRE, condition=FLAT, protocol=protocol, effects=[], rng=np.random.default_rng(0))
     at_63 = TYRE.steady_force(np.array([(1 - np.exp(-1)) * protocol.step_slip]))[0]  # slip lags, force follows
     travelled = (run.time - protocol.step_wait) * protocol.step_speed
-    reached = np.interp(C / K, travelled, run.side_force)
+    reached = np.interp(C / K, travelled, run.lateral_force)
     assert reached == pytest.approx(at_63, rel=3e-4)
     assert run.kind == "slip_step"
 
 
 def test_rim_compliance_moves_the_rim_and_lengthens_the_relaxation():
     test = pull(RimCompliance(stiffness=3e5))
-    np.testing.assert_allclose(test.rim_displacement, test.side_force / 3e5, rtol=1e-12)
-    np.testing.assert_allclose(test.side_force, K * test.tyre_deflection, rtol=1e-9)
+    np.testing.assert_allclose(test.rim_displacement, test.lateral_force / 3e5, rtol=1e-12)
+    np.testing.assert_allclose(test.lateral_force, K * test.tyre_deflection, rtol=1e-9)
     soft = RimCompliance(stiffness=3e5).on_tyre(TYRE, FLAT, np.random.default_rng(0))
     assert soft.relaxation_length == pytest.approx(C * (1 / K + 1 / 3e5))
 
@@ -89,7 +89,7 @@ def test_friction_opens_a_loop_of_twice_its_force():
     test = pull(RigFriction(force=2.0, presliding=2e-5))
     middle = np.abs(test.tyre_deflection - 1.25e-3) < 0.8e-3
     going = np.gradient(test.tyre_deflection)
-    excess = test.side_force - K * test.tyre_deflection
+    excess = test.lateral_force - K * test.tyre_deflection
     assert excess[middle & (going > 1e-5)] == pytest.approx(2.0, abs=1e-3)
     assert excess[middle & (going < -1e-5)] == pytest.approx(-2.0, abs=1e-3)
     assert excess[0] == 0.0
@@ -106,22 +106,22 @@ def test_drum_lowers_the_cornering_stiffness_only_on_a_drum():
 
 def test_drift_offset_and_temperature_add_up():
     plain, changed = sweep(), sweep(PlySteer(force=8.0), LoadCellDrift(rate=6.0))
-    difference = changed.side_force - plain.side_force
+    difference = changed.lateral_force - plain.lateral_force
     assert difference[0] == pytest.approx(8.0, abs=1e-9)
     assert difference[-1] == pytest.approx(8.0 + 0.1 * plain.time[-1], abs=1e-6)
     warm = sweep(TemperatureDrift(rise=4.0, per_kelvin=-0.002))
     assert warm.temperature[-1] - warm.temperature[0] == pytest.approx(4.0)
-    assert warm.side_force[-100] / plain.side_force[-100] == pytest.approx(1 - 0.002 * 2.0, abs=1e-4)
+    assert warm.lateral_force[-100] / plain.lateral_force[-100] == pytest.approx(1 - 0.002 * 2.0, abs=1e-4)
 
 
 def test_noise_has_the_declared_size_and_memory():
     quiet = sweep(cycles=8)
     noisy = sweep(Noise(white=0.0, correlated=2.0, correlation_time=0.1, slip=0.0), cycles=8)
-    wander = noisy.side_force - quiet.side_force
+    wander = noisy.lateral_force - quiet.lateral_force
     assert wander.std() == pytest.approx(2.0, rel=0.15)
     lag = np.corrcoef(wander[:-20], wander[20:])[0, 1]  # 20 samples are one correlation time
     assert lag == pytest.approx(np.exp(-1), abs=0.1)
-    sizes = {"side_force": 7.0, "slip_angle": 1e-3, "vertical_load": 5.0, "aligning_moment": 0.4}
+    sizes = {"lateral_force": 7.0, "slip_angle": 1e-3, "vertical_load": 5.0, "aligning_moment": 0.4}
     shaken = sweep(Noise(white=7.0, correlated=0.0, slip=1e-3, load=5.0, moment=0.4), cycles=8)
     for name, size in sizes.items():
         assert (getattr(shaken, name) - getattr(quiet, name)).std() == pytest.approx(size, rel=0.05)
@@ -149,10 +149,10 @@ def test_campaign_refuses_a_folder_with_recordings(tmp_path):
 
 
 @pytest.mark.parametrize(("readings", "cycles"), [(20, 2), (12, 1), (7, 3)])
-def test_a_pull_test_has_so_many_readings_a_stroke(readings, cycles):
+def test_a_lateral_stiffness_test_has_so_many_readings_a_stroke(readings, cycles):
     """From rest, out and back: two strokes a cycle. Between readings the plate goes one part of its way."""
     test = pull(pull_readings=readings, pull_cycles=cycles, pull_force=120.0)
-    assert test.side_force.size == 1 + 2 * readings * cycles
+    assert test.lateral_force.size == 1 + 2 * readings * cycles
     turns = test.tyre_deflection[::readings]
     np.testing.assert_allclose(turns, np.tile([0.0, 120.0 / K], cycles + 1)[: turns.size], atol=1e-12)
 
@@ -165,7 +165,7 @@ def test_the_simulator_has_no_code_of_the_fits_that_it_judges():
         "noise",
         "sweep_curve",
         "slip_sweep",
-        "pull_test",
+        "lateral_stiffness",
         "pull_curve",
         "contact_patch",
         "friction",

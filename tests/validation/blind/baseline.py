@@ -67,7 +67,7 @@ TABLE: Mapping[str, tuple[Callable[..., None], dict[str, float]]] = {
     "relaxation_length": (lag, {"relaxation_length": 0.1}),
     "rider_lean": (effect("rider_lean", **RIDER), {"mass": 40.0, "stiffness": 1200.0, "damping": 60.0}),
     "luggage": (lambda change, mass: change.extras.update(rack=mass), {"mass": 4.0}),
-    "bar_bag": (lambda change, mass: change.extras.update(bar=mass), {"mass": 4.0}),
+    "handlebar_bag": (lambda change, mass: change.extras.update(bar=mass), {"mass": 4.0}),
     "speed_offset": (lambda change, offset: setattr(change, "speed", offset), {"offset": 0.1}),
     "wrong_tilt": (lambda change, shift: change.shifts.update(lam=shift), {"shift": 0.01}),
     "wrong_trail": (lambda change, shift: change.shifts.update(c=shift), {"shift": 0.005}),

@@ -108,7 +108,7 @@ class Chain:
         return motion
 
     def unbalanced(self, q: Complex, u: Complex, a: Complex, force: Complex, trail: Real) -> Complex:
-        """What the joints (joints, steps) would have to bear: inertia minus gravity, contact loads and side forces."""
+        """Loads of the joints (joints, steps): inertia minus gravity, contact loads and lateral forces."""
         motion, found = self.move(q, u, a), np.zeros(q.shape, complex)
         for body in self.bodies:
             turn, twist, rate = (of[body.joint] for of in (motion.turn, motion.twist, motion.rate))

@@ -1,7 +1,7 @@
 """Wheels on the ground: rolling without slip, side slip, or a first-order lag; state space at one speed.
 
-States: rates of the joints (and of V and yaw with tyres), angles of the joints, side forces of lagging tyres, and the
-spring of a Maxwell element. Yaw and lateral position need no state. Inputs: steer torque, lean torque.
+States: rates of the joints (and of V and yaw with tyres), angles of the joints, lateral forces of lagging tyres, and
+the spring of a Maxwell element. Yaw and lateral position need no state. Inputs: steer torque, lean torque.
 """
 
 from collections.abc import Mapping
@@ -49,7 +49,7 @@ def at_speed(
     c: Coefficients, law: Ground, v: float, maxwell: tuple[float, float] = (0.0, 1.0),
     aside: tuple[float, float] | None = None,
 ) -> Space:  # fmt: skip
-    """Close the contacts; a side force at ``aside`` (m ahead of the rear contact, m up) is a third input."""
+    """Close the contacts; a lateral force at ``aside`` (m ahead of the rear contact, m up) is a third input."""
     pull = np.zeros((len(c.names), 2 if aside is None else 3))
     pull[c.names.index("steer"), 0] = pull[c.names.index("lean"), 1] = 1.0
     if aside is not None:

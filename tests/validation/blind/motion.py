@@ -26,7 +26,7 @@ class Nonlinear:
 
 
 def saturating(demand: Real) -> Real:
-    """Side force over grip for a ``demand`` (linear force over grip): brush model with a parabolic pressure."""
+    """Lateral force over grip for a ``demand`` (linear force over grip): brush model with a parabolic pressure."""
     x = np.clip(demand, -3, 3)
     found: Real = x - x * np.abs(x) / 3 + x**3 / 27
     return found

@@ -16,7 +16,7 @@ TENTATIVE = "tentative"  # a hypothesis with a reservation: scored in rows of it
 
 CALLED: Mapping[str, tuple[str, ...]] = {
     "luggage_rear": ("luggage",),
-    "luggage_bar": ("bar_bag",),
+    "luggage_bar": ("handlebar_bag",),
     **{f"{c}_low_pass": (f"{c}_lowpass",) for c in ("roll_rate", "steer", "yaw_rate")},
     **{f"{c}_drift": ("drift",) for c in ("roll_rate", "steer", "yaw_rate")},
     **{f"{c}_bias": ("bias", "drift") for c in ("roll_rate", "steer", "yaw_rate")},

@@ -44,9 +44,10 @@ def _pull(terms: PullTerms, *, friction: Array, presliding: Array) -> None:
 
 @dataclass(frozen=True)
 class RigFriction(RigEffect):
-    """Friction of the rig in the pull test: a loop of +-``force`` (N), developed over ``presliding`` (m) by Dahl's law.
+    """Friction of the rig in the lateral stiffness test: a loop of +-``force`` (N), developed over ``presliding`` (m)
+    by Dahl's law.
 
-    See :mod:`tyre.fits.pull_test`. At the origin it shows as stiction. Less than 0.05 N is not worth a name.
+    See :mod:`tyre.fits.lateral_stiffness`. At the origin it shows as stiction. Less than 0.05 N is not worth a name.
     """
 
     force: float = declared(RigParameter("force", "N", (0.0, 3.0), (0.0, math.inf)), 2.0)
@@ -67,14 +68,14 @@ class RigFriction(RigEffect):
         remaining, share = np.exp(-np.abs(travel) / self.presliding), 0.0
         for n, way in enumerate(np.sign(travel)):  # presliding dT/d(travel) = sign - T, exactly along each reading
             share = way + (share - way) * remaining[n]
-            channels["side_force"][n] += self.force * share
+            channels["lateral_force"][n] += self.force * share
 
 
 @dataclass(frozen=True)
 class RimCompliance(RigEffect):
     """A rim of lateral ``stiffness`` (N/m; default: a stiff laboratory rim) in series with the tyre.
 
-    It moves by F / stiffness in the pull test, and lengthens the relaxation of the rolling wheel to
+    It moves by F / stiffness in the lateral stiffness test, and lengthens the relaxation of the rolling wheel to
     C (1/K_y + 1/K_rim).
     """
 

@@ -13,7 +13,7 @@ _DELAY = RigParameter("delay", "s", (-0.01, 0.01), least=5e-4)
 
 @dataclass(frozen=True)
 class ChannelDelay(RigEffect):
-    """The side force of a rolling recording is written down ``delay`` (s) after the slip angle, as a filter does it."""
+    """The lateral force of a rolling recording lags the slip angle by ``delay`` (s), as a filter makes it."""
 
     delay: float = declared(_DELAY, 0.01)
 
@@ -29,7 +29,7 @@ class ChannelDelay(RigEffect):
 
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
         time = channels["time"]
-        channels["side_force"] = np.interp(time - self.delay, time, channels["side_force"])
+        channels["lateral_force"] = np.interp(time - self.delay, time, channels["lateral_force"])
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,10 @@ class Dropouts(RigEffect):
     spike: float = declared(RigParameter("spike", "N", (0.0, 500.0)), 150.0)
 
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
-        n = channels["side_force"].size
-        channels["side_force"][rng.random(n) < self.share] = np.nan
+        n = channels["lateral_force"].size
+        channels["lateral_force"][rng.random(n) < self.share] = np.nan
         hit = rng.random(n) < self.share
-        channels["side_force"][hit] += self.spike * rng.choice([-1.0, 1.0], hit.sum())
+        channels["lateral_force"][hit] += self.spike * rng.choice([-1.0, 1.0], hit.sum())
 
 
 _DIFFERENCE = RigParameter("difference", "1", (-0.05, 0.05), (-0.5, 0.5), least=0.002)
@@ -62,10 +62,10 @@ _DIFFERENCE = RigParameter("difference", "1", (-0.05, 0.05), (-0.5, 0.5), least=
 
 @dataclass(frozen=True)
 class ForceGainBySign(RigEffect):
-    """A side force to the right is read 1 + ``difference``/2 times, one to the left 1 - ``difference``/2 times.
+    """A lateral force to the right is read 1 + ``difference``/2 times, one to the left 1 - ``difference``/2 times.
 
-    As a cell with another calibration in push than in pull does it, or an amplifier that nears its end. A pull test has
-    one sign: there it is a matter of gain.
+    As a cell with another calibration in push than in pull does it, or an amplifier that nears its end. A lateral
+    stiffness test has one sign: there it is a matter of gain.
     """
 
     difference: float = declared(_DIFFERENCE, 0.02)
@@ -83,18 +83,18 @@ class ForceGainBySign(RigEffect):
     )
 
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
-        force = channels["side_force"]
+        force = channels["lateral_force"]
         force *= np.where(force > 0, 1 + self.difference / 2, 1 - self.difference / 2)
 
 
 @dataclass(frozen=True)
 class LoadCellDrift(RigEffect):
-    """The zero of the side-force cell walks by ``rate`` (N per minute)."""
+    """The zero of the lateral force cell walks by ``rate`` (N per minute)."""
 
     rate: float = declared(RigParameter("rate", "N/min", (-5.0, 5.0)), 2.0)
 
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
-        channels["side_force"] += self.rate / 60.0 * (channels["time"] - channels["time"][0])
+        channels["lateral_force"] += self.rate / 60.0 * (channels["time"] - channels["time"][0])
 
     on_pull = on_rolling
 
@@ -105,7 +105,8 @@ def _size(name: str, unit: str, usual: float, default: float) -> Any:
 
 @dataclass(frozen=True)
 class Noise(RigEffect):
-    """White and first-order autoregressive noise of the rolling channels, white noise of the force in a pull test.
+    """White and first-order autoregressive noise of the rolling channels, white noise of the force in a lateral
+    stiffness test.
 
     ``white`` and ``correlated`` in N (standard deviations), ``correlation_time`` in s, ``slip`` in rad, ``load``,
     ``moment`` in N m, ``pull`` in N.
@@ -128,13 +129,13 @@ class Noise(RigEffect):
         drawn = np.sqrt(1.0 - memory**2) * rng.standard_normal(n)
         drawn[0] += memory * before  # stationary from the first sample
         correlated = scipy.signal.lfilter([1.0], [1.0, -memory], drawn)
-        channels["side_force"] += self.white * rng.standard_normal(n) + self.correlated * correlated
+        channels["lateral_force"] += self.white * rng.standard_normal(n) + self.correlated * correlated
         channels["slip_angle"] += self.slip * rng.standard_normal(n)
         channels["vertical_load"] += self.load * rng.standard_normal(n)
         channels["aligning_moment"] += self.moment * rng.standard_normal(n)
 
     def on_pull(self, channels: Channels, rng: np.random.Generator) -> None:
-        channels["side_force"] += self.pull * rng.standard_normal(channels["side_force"].size)
+        channels["lateral_force"] += self.pull * rng.standard_normal(channels["lateral_force"].size)
 
 
 _SCALE = (RigParameter("scale", "1", (-0.05, 0.05), least=0.002),)
@@ -147,7 +148,9 @@ class SensorGain(RigEffect):
     A wrong gain of the load cell shows in a fit as the stiffness of another load.
     """
 
-    force: float = declared(RigParameter("force", "1", (-0.05, 0.05)), 0.0)  # indicated over true side force, less one
+    force: float = declared(
+        RigParameter("force", "1", (-0.05, 0.05)), 0.0
+    )  # indicated over true lateral force, less one
     slip: float = declared(RigParameter("slip", "1", (-0.05, 0.05)), 0.0)  # indicated over true slip, less one
     # indicated over true displacement, less one
     displacement: float = declared(RigParameter("displacement", "1", (-0.05, 0.05)), 0.0)
@@ -162,10 +165,10 @@ class SensorGain(RigEffect):
     )
 
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
-        channels["side_force"] *= 1.0 + self.force
+        channels["lateral_force"] *= 1.0 + self.force
         channels["slip_angle"] *= 1.0 + self.slip
 
     def on_pull(self, channels: Channels, rng: np.random.Generator) -> None:
-        channels["side_force"] *= 1.0 + self.force
+        channels["lateral_force"] *= 1.0 + self.force
         for name in ("plate_displacement", "rim_displacement"):
             channels[name] *= 1.0 + self.displacement

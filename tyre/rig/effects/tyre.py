@@ -68,7 +68,7 @@ _SLIP = RigParameter("slip", "rad", (-3e-3, 3e-3), least=2e-5)
 
 @dataclass(frozen=True)
 class PlySteer(RigEffect):
-    """Offsets of the side-force curve: ``force`` (Sv, N) and ``slip`` (Sh, rad), as ply-steer and conicity give."""
+    """Offsets of the lateral force curve: ``force`` (Sv, N) and ``slip`` (Sh, rad), as ply-steer and conicity give."""
 
     force: float = declared(_FORCE, 8.0)
     slip: float = declared(_SLIP, 0.0)
@@ -76,16 +76,16 @@ class PlySteer(RigEffect):
     terms = (
         Term(
             "ply_steer",
-            "the side force vanishes at another slip angle than zero (or the zero of the angle is off)",
+            "the lateral force vanishes at another slip angle than zero (or the zero of the angle is off)",
             (_SLIP,),
             sweep="slip_offset",
             needs=needs_sweep,
         ),
         Term(
             "conicity",
-            "a side force at zero slip (or the zero of the force cell is off)",
+            "a lateral force at zero slip (or the zero of the force cell is off)",
             (_FORCE,),
-            sweep="side_force",
+            sweep="lateral_force",
             needs=needs_sweep,
         ),
     )
@@ -104,7 +104,7 @@ class SweepLag(RigEffect):
     terms = (
         Term(
             "sweep_lag",
-            "the side force of a rolling tyre follows slip over the relaxation length",
+            "the lateral force of a rolling tyre follows slip over the relaxation length",
             (RigParameter("relaxation_length", "m", (0.0, 0.2), (0.0, 2.0), least=0.005),),
             sweep="relaxation_length",
             needs=needs_sweep.also("speeds", "the rolling speed is not recorded; give speed_km_h in the sidecar"),
@@ -126,7 +126,7 @@ class TemperatureDrift(RigEffect):
     terms = (
         Term(
             "temperature_drift",
-            "the side force grows or falls along the recording as the tyre warms",
+            "the lateral force grows or falls along the recording as the tyre warms",
             (RigParameter("change", "1", (-0.02, 0.02), least=0.001),),
             sweep="warming",
             needs=needs_sweep,
@@ -136,5 +136,5 @@ class TemperatureDrift(RigEffect):
     def on_rolling(self, channels: Channels, rng: np.random.Generator) -> None:
         time = channels["time"]
         warming = self.rise * ((time - time[0]) / (time[-1] - time[0]) - 0.5)
-        channels["side_force"] *= 1.0 + self.per_kelvin * warming
+        channels["lateral_force"] *= 1.0 + self.per_kelvin * warming
         channels["temperature"] = channels["temperature"] + warming

@@ -77,12 +77,12 @@ def test_the_recording_is_labelled_and_read(file, tmp_path, capsys):
 def test_the_motion_on_saturating_tyres_is_recorded(file, tmp_path, capsys):
     model = tmp_path / "m.toml"
     model.write_text('bicycle = "benchmark"\n[effects.side_slip]\ncornering_stiffness = 6000.0\n')
-    options = ["--friction", "0.1", "--input", "lateral_force:pulse:60@0+0.3", "--sensors", file]
+    options = ["--peak-factor", "0.1", "--input", "lateral_push:pulse:60@0+0.3", "--sensors", file]
     runs = []
     for more in (["--nonlinear"], []):
         kept = options if more else options[2:]
         main(list(map(str, ["simulate", model, *RIDE, *kept, *more, "--out", tmp_path / "o"])))
-        assert "lateral_force pushes the bicycle and is not recorded" in capsys.readouterr().err
+        assert "lateral_push pushes the bicycle and is not recorded" in capsys.readouterr().err
         runs.append(read_run(tmp_path / "o" / "recording.csv", 5.0).channels["roll_rate_rad_s"])
     both = min(map(len, runs))  # one may fall before the other
     assert abs(runs[0][:both] - runs[1][:both]).max() > 0.01

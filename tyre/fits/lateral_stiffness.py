@@ -7,13 +7,13 @@ import numpy as np
 from tyre.fits.pull_curve import LawFit, Pull, PullCurve, find_strokes, fit_curve, gauge_noise, used_readings
 from tyre.ground.errors import InputError
 from tyre.measured.properties import Calibration, Estimate
-from tyre.recordings.recording import Channel, PullTest
+from tyre.recordings.recording import Channel, LateralStiffnessTest
 from tyre.recordings.run_checks import reading_step
 
 
 @dataclass(frozen=True)
-class PullTestFit:
-    """Result of one pull test (SI units, adapted SAE)."""
+class LateralStiffnessFit:
+    """Result of one lateral stiffness test (SI units, adapted SAE)."""
 
     # K_y = dFy/d(plate - rim) at the origin, N/m, with fit, stated repeatability and calibration in its interval
     lateral_stiffness: Estimate
@@ -36,12 +36,13 @@ class PullTestFit:
     readings_used: int  # without those beyond ``reach``, where the tyre slides
     notes: tuple[str, ...]  # what a reader of the numbers must know
     deflection: Channel  # (n,), m, plate minus rim, of the complete readings
-    force: Channel  # (n,), N, side force
+    force: Channel  # (n,), N, lateral force
     fitted: Channel  # (n,), N; NaN where the readings are not used
 
 
-def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> PullTestFit:
-    """Fit the force of a pull test over the deflection of the tyre, plate minus rim (Dell'Orto et al., eqs. 7 and 8).
+def fit_lateral_stiffness(test: LateralStiffnessTest, *, calibration: Calibration | None = None) -> LateralStiffnessFit:
+    """Fit the force of a lateral stiffness test over the deflection of the tyre, plate minus rim (Dell'Orto et al.,
+    eqs. 7 and 8).
 
     F = F0 + K x (1 + c1 |x| + c2 x^2 + c3 |x|^3) + T, where friction T goes to +-f by Dahl's law, T = s f +
     (T_reversal - s f) exp(-|x - x_reversal| / l), s the direction of motion: loading and unloading share one slope, and
@@ -56,13 +57,13 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
 
     Parameters
     ----------
-    test : PullTest
+    test : LateralStiffnessTest
         At least 6 readings, in the order they were taken.
     calibration : Calibration, optional
 
     Returns
     -------
-    PullTestFit
+    LateralStiffnessFit
 
     Raises
     ------
@@ -75,9 +76,11 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     good = test.complete
     if not good.all():
         notes.append(f"{int(np.sum(~good))} readings with a missing value left out")
-    deflection, force = test.tyre_deflection[good], test.side_force[good]
+    deflection, force = test.tyre_deflection[good], test.lateral_force[good]
     if deflection.size < 6:
-        raise InputError(f"{where}: {deflection.size} readings are too few for a pull test; at least 6 are needed")
+        raise InputError(
+            f"{where}: {deflection.size} readings are too few for a lateral stiffness test; at least 6 are needed"
+        )
     resolution = max(reading_step(test.plate_displacement[good]), reading_step(test.rim_displacement[good]))
     span = float(np.ptp(deflection))
     if span <= 20.0 * max(resolution, 1e-7):
@@ -86,7 +89,7 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
             f"({1e3 * resolution:.3f} mm); pull further or use a finer gauge"
         )
     if np.polyfit(deflection, force, 1)[0] <= 0.0:
-        raise InputError(f"{where}: the side force falls with plate - rim displacement; check their signs")
+        raise InputError(f"{where}: the lateral force falls with plate - rim displacement; check their signs")
     clock = np.arange(deflection.size, dtype=np.float64) if test.time is None else test.time[good]
     clock = (clock - clock.mean()) / max(float(np.ptp(clock)), 1e-12)
     if np.min(np.abs(deflection)) > 0.5 * span:
@@ -100,7 +103,7 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     curve = fit_curve(pull, noise_floor=floor, least_span=20.0 * max(resolution, noise))
     leader, stiffness = curve.leader, curve.stiffness
     if stiffness <= 0.0:
-        raise InputError(f"{where}: the side force does not grow with plate - rim displacement near the origin")
+        raise InputError(f"{where}: the lateral force does not grow with plate - rim displacement near the origin")
     used = used_readings(pull, leader.law)
     reach = float(np.max(np.abs(deflection[used])))
     departure = float(leader.departure(pull, np.array([reach]))[0])
@@ -119,7 +122,7 @@ def fit_pull_test(test: PullTest, *, calibration: Calibration | None = None) -> 
     friction = abs(float(leader.values[1 + leader.law.terms])) if leader.law.friction else 0.0
     strokes = int(np.sum(pull.turns < used.stop - 1))
     total = float(np.sum((force[used] - force[used].mean()) ** 2))
-    return PullTestFit(
+    return LateralStiffnessFit(
         lateral_stiffness=calibration.estimate(stiffness, fit_sd, curve.dof, calibration.displacement),
         fit_sd=fit_sd,
         fit_dof=curve.dof,

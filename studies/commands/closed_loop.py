@@ -1,4 +1,4 @@
-"""``velotyre ride``: a rider who steers, on one bicycle and several tyres."""
+"""``velotyre closed-loop``: a rider who steers, on one bicycle and several tyres."""
 
 from itertools import product
 from pathlib import Path
@@ -11,7 +11,7 @@ from studies.reporting.command_context import example, verbose
 
 @click.command(
     help="A rider who steers MODEL: speeds he holds, margins, what limits, and the softest tyre he can ride on.",
-    epilog=example("velotyre ride rigid_rider_joined --rider-control schwab2013 --out ride"),
+    epilog=example("velotyre closed-loop rigid_rider_joined --rider-control schwab2013 --out ride"),
 )
 @click.argument("models", metavar="MODEL...", nargs=-1, required=True)
 @click.option("--rider-control", required=True, metavar="NAME", help="A packaged rider (davis_j), or a file (.toml).")

@@ -13,7 +13,7 @@ def _gains(state: str, size: float) -> tuple[Parameter, ...]:
     )
 
 
-class ResidualTorque(Effect):
+class UnmodelledTorque(Effect):
     """Steer and lean torque, each linear in lean, steer and their rates, with coefficients that change with speed.
 
     Torque = sum of (k + k_slope x + k_curve x^2) state with x = (v - middle_speed) / speed_span, so that all three have

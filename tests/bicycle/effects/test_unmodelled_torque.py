@@ -1,4 +1,4 @@
-"""The residual torque: what its coefficients do, by hand; that it can never be a cause that a diagnosis names."""
+"""The unmodelled torque: what its coefficients do, by hand; that it can never be a cause that a diagnosis names."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from bicycle.model import Deviation, standard_deviations
 from studies.diagnosis import find_candidates
 from tyre.ground import InputError
 
-Residual = effect_class("residual_torque")
+Residual = effect_class("unmodelled_torque")
 STATES = ("lean", "steer", "lean_rate", "steer_rate")
 
 
@@ -41,22 +41,22 @@ def test_slope_and_curve_count_spans_of_speed_from_the_middle(speed, damping):
 def test_it_is_never_a_candidate_whatever_is_asked_for():
     model = built(relaxation_length={"cornering_stiffness": 8000.0, "relaxation_length": 0.1})
     found, refused = find_candidates(model, {})
-    assert "residual_torque" not in {c.identifier for c in found}
-    assert refused["residual_torque"].startswith("no cause that could be named")
-    for known, also in (({"residual_torque": {}}, ()), ({}, ("residual_torque",))):
-        with pytest.raises(InputError, match="residual_torque: no cause that could be named.*; it cannot be a cand"):
+    assert "unmodelled_torque" not in {c.identifier for c in found}
+    assert refused["unmodelled_torque"].startswith("no cause that could be named")
+    for known, also in (({"unmodelled_torque": {}}, ()), ({}, ("unmodelled_torque",))):
+        with pytest.raises(InputError, match="unmodelled_torque: no cause that could be named.*; it cannot be a cand"):
             find_candidates(model, known, (), also)
 
 
 def test_it_is_the_only_effect_without_a_cause():
-    assert [name for name, kind in registry().items() if not kind.nameable] == ["residual_torque"]
+    assert [name for name, kind in registry().items() if not kind.nameable] == ["unmodelled_torque"]
 
 
 def test_no_size_of_a_fitted_torque_is_doubted_and_the_speeds_behind_it_are():
     """A slip of units cannot be told where nothing is known of the size."""
     fitted = Residual(lean_from_lean=-4000.0, steer_from_steer_rate=200.0, middle_speed=500.0)
     (only,) = fitted.doubts().values()
-    assert only.text.startswith("residual_torque.middle_speed = 500 m/s is outside the usual 2 .. 20")
+    assert only.text.startswith("unmodelled_torque.middle_speed = 500 m/s is outside the usual 2 .. 20")
 
 
 def test_the_speeds_that_a_fitted_torque_refers_to_are_exact():
@@ -64,5 +64,5 @@ def test_the_speeds_that_a_fitted_torque_refers_to_are_exact():
     model = Model("benchmark", [Residual(lean_from_lean=-4.0, middle_speed=6.0, speed_span=2.0)])
     deviations = standard_deviations(model)
     for name in ("middle_speed", "speed_span"):
-        assert deviations[f"residual_torque.{name}"] == Deviation(0.0, "exact", "chosen")
-    assert deviations["residual_torque.lean_from_lean"].sd == pytest.approx(0.4)
+        assert deviations[f"unmodelled_torque.{name}"] == Deviation(0.0, "exact", "chosen")
+    assert deviations["unmodelled_torque.lean_from_lean"].sd == pytest.approx(0.4)

@@ -1,7 +1,7 @@
-"""Does a model with a residual torque predict what it was not fitted to? SYNTHETIC blind cases.
+"""Does a model with an unmodelled torque predict what it was not fitted to? SYNTHETIC blind cases.
 
 Cells ``modal-outside`` and ``history-outside`` of the blind test hide something that the library does not hold, and
-keep further speeds back. Where the verdict leaves more than noise, the residual torque is fitted, and the corrected
+keep further speeds back. Where the verdict leaves more than noise, the unmodelled torque is fitted, and the corrected
 model is written as a file and read again. Counted is its gap sqrt(max(0, chi^2/n - 1)) on the speeds kept back, against
 that of the stated model and of the model with its parameters adjusted.
 """
@@ -31,8 +31,8 @@ def run(*, out: Path, seed: int, cases: int = 100, histories: int = 20, workers:
     """Make, diagnose and correct a number of modal ``cases`` and of ``histories``, and count."""
     wanted = [("modal-outside", FIRST * seed + k) for k in range(cases)]
     wanted += [("history-outside", FIRST * seed + k) for k in range(histories)]
-    kept = KeptCases(out / "residual_torque_cases.jsonl", ("cell", "seed"))
-    rows = kept.computed(wanted, one_case, workers=workers, what="residual torque")
+    kept = KeptCases(out / "unmodelled_torque_cases.jsonl", ("cell", "seed"))
+    rows = kept.computed(wanted, one_case, workers=workers, what="unmodelled torque")
     return {"cells": {cell: summary([r for r in rows if r["cell"] == cell]) for cell in KEPT_BACK}}
 
 

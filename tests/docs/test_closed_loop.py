@@ -10,7 +10,7 @@ from bicycle import Model, effect_class, load_bicycle
 from studies.motion import available_controls, read_rider_control, rides
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "ride.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "closed_loop.md").read_text(encoding="utf-8")
 
 
 def test_the_file_of_the_page_is_a_rider(tmp_path):

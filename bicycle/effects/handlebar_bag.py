@@ -5,7 +5,7 @@ from bicycle.equations.lateral import ModelBuilder
 from bicycle.parameters.rigid_bodies import Body
 
 
-class BarBag(PointMass):
+class HandlebarBag(PointMass):
     """A point mass fixed to the steered front frame that the bicycle's parameters do not contain: bag, basket, lamp.
 
     It turns with the steering and with whatever carries the front frame; its own extent is neglected.
@@ -18,4 +18,4 @@ class BarBag(PointMass):
     signature = "slower steering: weave needs more speed, and its weight ahead of the steer axis turns the bar"
 
     def apply(self, model: ModelBuilder) -> None:
-        model.add_body(Body("bar bag", self.mass, self.x, self.z, 0, 0, fixed_to="front frame"))
+        model.add_body(Body("handlebar bag", self.mass, self.x, self.z, 0, 0, fixed_to="front frame"))

@@ -1,4 +1,4 @@
-"""The residual torque of a diagnosis, against the blind generator's other equations, and its parts by hand.
+"""The unmodelled torque of a diagnosis, against the blind generator's other equations, and its parts by hand.
 
 The stand-in of a diagnosis has what the fit needs: the parameters adjusted, the verdict as a library without the cause
 leaves it.
@@ -98,14 +98,14 @@ def test_the_model_file_holds_the_fit_and_its_covariance(damped):
     read, made = read_model(path), corrected_model(damped.diagnosis, damped.residual)
     assert read.parameters == pytest.approx(made.parameters, rel=1e-9, abs=1e-12)
     for name, sd in damped.residual.sd.items():
-        assert read.sd[f"residual_torque.{name}"] == pytest.approx(sd, rel=1e-6)
-    assert read.sd["residual_torque.middle_speed"] == 0
+        assert read.sd[f"unmodelled_torque.{name}"] == pytest.approx(sd, rel=1e-6)
+    assert read.sd["unmodelled_torque.middle_speed"] == 0
     assert read.sd["c"] > 0
     assert read.covariance.origin == "model file"
     low, high = damped.residual.scale.ends
     assert f"extrapolated outside {low:.3g} to {high:.3g} m/s" in path.read_text()
     assert "does not describe the data" not in path.read_text()
-    assert "residual_torque" not in [e.identifier for e in corrected_model(damped.diagnosis).effects]
+    assert "unmodelled_torque" not in [e.identifier for e in corrected_model(damped.diagnosis).effects]
 
 
 def test_a_torque_that_leaves_twice_the_noise_does_not_describe_the_data(damped):
@@ -133,8 +133,10 @@ def test_beside_a_tentative_name_a_torque_is_kept_if_one_is_left(damped):
 
 def test_data_that_cannot_carry_one_are_refused(damped):
     measurement = damped.diagnosis.kind
-    model = measurement.model.with_effect(effect_class("residual_torque")())
-    with pytest.raises(InputError, match=r"the base model has \[effects.residual_torque\] already; take it out to fit"):
+    model = measurement.model.with_effect(effect_class("unmodelled_torque")())
+    with pytest.raises(
+        InputError, match=r"the base model has \[effects.unmodelled_torque\] already; take it out to fit"
+    ):
         fit_residual(left_open(measurement.with_model(model)))
     one = dataclasses.replace(measurement, points=measurement.points[:1])
     with pytest.raises(InputError, match="all data are of one run: none can be left out to tell a torque from a good"):
@@ -225,7 +227,7 @@ def test_speeds_allow_as_many_powers_as_there_are_speeds():
 
 
 def test_every_term_is_a_parameter_of_the_effect_with_its_usual_size_as_sd():
-    declared = {p.name: p for p in effect_class("residual_torque").parameters}
+    declared = {p.name: p for p in effect_class("unmodelled_torque").parameters}
     scale = SpeedScale(5.0, 2.0, 3)
     assert set(term_names(scale.full)) == set(declared) - {"middle_speed", "speed_span"}
     for u in candidate(dict.fromkeys(PAIRS, 1), scale).unknowns:
