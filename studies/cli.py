@@ -14,6 +14,7 @@ try:
     from studies.reporting.command_context import ARGUMENTS, count_seconds, example, version_of
     from tyre.ground.errors import InputError, unknown
     from tyre.ground.progress import interrupts_arrive
+    from tyre.ground.renamed import new_name
 except KeyboardInterrupt:  # while the imports last
     sys.stderr.write("velotyre: interrupted\n")
     sys.exit(130)
@@ -129,6 +130,10 @@ def main(arguments: list[str] | None = None) -> None:
             build().main(args=arguments, prog_name="velotyre", standalone_mode=False, obj=until_the_end)
     except NO_ARGUMENTS as help_page:
         click.echo(help_page.format_message())
+    except click.NoSuchOption as error:
+        options = [] if error.ctx is None else [name for o in error.ctx.command.params for name in o.opts]
+        current = new_name(error.option_name, options)
+        _fail(f"the option {error.option_name} is now called {current}" if current else error.format_message())
     except click.ClickException as error:
         _fail(error.format_message())
     except InputError as error:

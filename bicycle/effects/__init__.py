@@ -6,6 +6,7 @@ Classes of effects are found by their names: ``bicycle.effects.SteerDamper``.
 from typing import TYPE_CHECKING, Any
 
 from tyre.ground.door import room
+from tyre.ground.renamed import now_called
 
 if TYPE_CHECKING:
     from bicycle.effects.effect import Effect
@@ -31,7 +32,9 @@ def __getattr__(name: str) -> Any:
     if name in _list_machinery():
         return _get_machinery(name)
     if name.startswith("__") or name not in _effect_classes():
-        raise AttributeError(f"module {__name__!r} has no effect {name!r}; there are {', '.join(_effect_classes())}")
+        names = _effect_classes()
+        remedy = now_called(name, names) or f"; there are {', '.join(names)}"
+        raise AttributeError(f"module {__name__!r} has no effect {name!r}{remedy}")
     return _effect_classes()[name]
 
 

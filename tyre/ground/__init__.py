@@ -44,6 +44,10 @@ __getattr__, __dir__ = room(
             "optional_module",
             "progress_bar",
         ),
+        "renamed": (
+            "new_name",
+            "now_called",
+        ),
         "schema": (
             "by_name",
             "flag",

@@ -7,6 +7,8 @@ from importlib.util import LazyLoader, find_spec, module_from_spec
 from types import ModuleType
 from typing import Any
 
+from tyre.ground.renamed import now_called
+
 
 def door(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Give ``__getattr__`` and ``__dir__`` of a ``package`` whose names stand in other modules, by ``homes``."""
@@ -14,7 +16,7 @@ def door(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], 
 
     def get(name: str) -> Any:
         if name not in homes:
-            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+            raise AttributeError(f"module {package!r} has no attribute {name!r}{now_called(name, homes)}")
         attributes[name] = getattr(import_module(homes[name]), name)
         return attributes[name]
 

@@ -5,6 +5,8 @@ import numbers
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from tyre.ground.renamed import new_name
+
 TINY = 1e-100  # what is smaller counts as 0, for its inverse overflows
 
 
@@ -13,8 +15,10 @@ class InputError(ValueError):
 
 
 def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:
-    """Say that a name is not known, suggest the nearest known one and list them all."""
+    """Say that a name is not known, give its new name or suggest the nearest, and list them all."""
     names = sorted(allowed)
+    if current := new_name(name, names):
+        return f"the {kind} {shown(str(name))} is now called {current!r}"
     match = nearest_name(name, names)
     suggestion = f"did you mean {match!r}? " if match else ""
     return f"unknown {kind} {shown(str(name))}; {suggestion}known: {', '.join(names) or 'none'}"
