@@ -194,7 +194,7 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
             fronts: dict[str, dict[str, Any]] = {f"{v:g} {unit}": {name: v} for v in values}
             worlds = {value: replace(base, front=replace(front, **change)) for value, change in fronts.items()}
             yield WORDS[name], make_ends(worlds)
-    assumed = assumed_of_tyre(settings, focus)
+    assumed = assumed_of_tyre(settings, base)
     for name, unit in (("camber_share", "× load"), ("trail", "m"), ("twisting", "N m/rad")):
         if name in assumed:
             values = getattr(ranges, name)
@@ -212,12 +212,11 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
         yield "posture of the rider", {first: postures[first], last: postures[last]}
 
 
-def assumed_of_tyre(settings: Settings, case: TyreCase) -> tuple[str, ...]:
-    """Name what neither the model file nor the file of the tyre states: of trail, twisting and camber_share."""
-    setup = case.apply_to(settings.reference)
+def assumed_of_tyre(settings: Settings, setup: Setup) -> tuple[str, ...]:
+    """Name what neither the model file nor the file of the tyre in ``setup`` states: trail, twisting, camber_share."""
     names = []
     for name, effect in EFFECTS.items():
-        in_model_file = effect in settings.further or (name == "trail" and world.has_moment(settings))
+        in_model_file = effect in settings.further or (name == "trail" and settings.has_moment)
         in_tyre_file = getattr(setup, name) != getattr(settings, name)
         if not in_model_file and not in_tyre_file:
             names.append(name)
@@ -289,7 +288,7 @@ def _change_of_least(before: End, after: End) -> float | None:
 
 def contact_models(settings: Settings, cases: Sequence[TyreCase]) -> tuple[ContactModels, ...]:
     """Compare every case with the default contact, then with its own; none if a model file says what the contact is."""
-    if world.has_moment(settings):
+    if settings.has_moment:
         return ()
     default = next(p.default for p in effect_class(CONTACT_LENGTH).parameters if p.name == "half_length")
     comparisons = [_compare_contact(settings, case, np.array([default, default]), estimated=False) for case in cases]

@@ -15,7 +15,7 @@ from bicycle.model.default_sd import CORNERING_STIFFNESS
 from bicycle.stability.critical import CriticalSpeed
 from studies.main_study import figures
 from studies.main_study.cases import TyreCase, WheelTyre
-from studies.main_study.compare import CRITICAL, DAMPING, Change, assumed_of_tyre
+from studies.main_study.compare import CRITICAL, DAMPING, Change
 from studies.main_study.published import Shown, compare_findings
 from studies.main_study.result import Result, UncertainCriticalSpeed
 from studies.main_study.screen import answer
@@ -91,7 +91,6 @@ def facts(study: Study) -> dict[str, Any]:
         "settings": settings,
         "limits": LIMITS,
         "a": answer(study),
-        "assumed_of_tyre": assumed_of_tyre(settings, study.focus),
         "comparisons": comparisons,
         "verdicts": Counter(comparison.verdict for comparison in comparisons if comparison.ours),
         "bands": [_make_bands(study, result) for result in study.results_of(settings.reference)],

@@ -51,7 +51,7 @@ def effect_tables(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]
     p, front, arms = settings.bicycle.values, setup.front, setup.arms
     camber = {wheel: float(value) for wheel, value in zip(WHEELS, _camber_stiffness(setup, p), strict=True)}
     tables: dict[str, dict[str, Any]] = {"camber_thrust": {"camber_stiffness": camber}}
-    if np.any(setup.trail) and not setup.contact_half_length and not has_moment(settings):
+    if np.any(setup.trail) and not setup.contact_half_length and not settings.has_moment:
         tables[TRAIL] = {"trail": _by_wheel(setup.trail)}
     if np.any(setup.twisting):
         tables[TWIST] = {"twisting_stiffness": _by_wheel(setup.twisting)}
@@ -77,11 +77,6 @@ def effect_tables(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]
     if setup.contact_half_length:
         tables[CONTACT_LENGTH] = {"half_length": dict(zip(WHEELS, setup.contact_half_length, strict=True))}
     return tables
-
-
-def has_moment(settings: Settings) -> bool:
-    """Return True if the model file gives the tyres an aligning moment of their own."""
-    return any(effect_class(name).slot == effect_class(TRAIL).slot for name in settings.further)
 
 
 def _by_wheel(value: PerWheel) -> dict[str, float]:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.main_study.compare import Amplitude, Hinge, assumed_of_tyre
+from studies.main_study.compare import Amplitude, Hinge
 from studies.main_study.result import Result, Span
 from studies.main_study.settings import LIMITS, Setup
 from studies.main_study.study import Study, pressure_ends
@@ -204,7 +204,7 @@ def _name_assumed(study: Study) -> tuple[str, ...]:
     if not settings.arms.from_file:
         names.append("arms")
     names += settings.left_out
-    if of_tyre := assumed_of_tyre(settings, study.focus):
+    if of_tyre := study.assumed_of_tyre:
         names.append(", ".join(OF_TYRE[name] for name in of_tyre) + " of the tyre")
     return tuple(names)
 

@@ -251,6 +251,12 @@ class Settings:
         return float(self.speeds[-1])
 
     @property
+    def has_moment(self) -> bool:
+        """True if the model file gives the tyres an aligning moment of their own."""
+        slot = effect_class(ASSUMED["trail"].effect).slot
+        return any(effect_class(name).slot == slot for name in self.further)
+
+    @property
     def reference(self) -> Setup:
         """World in which wobble is worst: nothing holds the handlebar, the front flexes if one is known."""
         return self.setups[0]

@@ -1,9 +1,8 @@
 """The main study: measured tyres at their pressures in four worlds -> modes, critical speeds, and what decides them."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 from studies.main_study import compare
@@ -42,6 +41,11 @@ class Study:
     def subject(self) -> tuple[TyreCase, ...]:
         """Cases of the tyre in question, by rising pressure."""
         return tuple(case for case in self.cases if case.name == self.names[0])
+
+    @property
+    def assumed_of_tyre(self) -> tuple[str, ...]:
+        """What neither the model file nor the file of the tyre in focus states: trail, twisting, camber_share."""
+        return compare.assumed_of_tyre(self.settings, self.focus.apply_to(self.settings.reference))
 
     @property
     def packaged_tyres(self) -> list[str]:
@@ -94,20 +98,27 @@ def spread(workers: int) -> Iterator[Distribute]:
     from bicycle.effects.effect_registry import model_workers
     from tyre.ground.progress import progress_bar
 
-    with model_workers(workers) if workers > 1 else nullcontext() as pool:
+    if workers < 2:
+        yield run_here
+        return
+    with model_workers(workers) as pool:
 
         def distribute(work: Callable[..., Any], items: Iterable[tuple[Any, ...]], label: str) -> list[Any]:
-            waits = [pool.submit(work, *item).result if pool else partial(work, *item) for item in items]
-            return [wait() for wait in progress_bar(waits, desc=label, unit="step")]
+            jobs = [pool.submit(work, *item) for item in items]
+            return [job.result() for job in progress_bar(jobs, desc=label, unit="step")]
 
         yield distribute
 
 
-def run_study(settings: Settings, *, distribute: Distribute | None = None, cases: Cases | None = None) -> Study:
+def run_here(work: Callable[..., Any], items: Iterable[tuple[Any, ...]], label: str) -> list[Any]:
+    """Give the results of ``work(*item)`` in order, computed by this process alone, with a bar called ``label``."""
+    from tyre.ground.progress import progress_bar
+
+    return [work(*item) for item in progress_bar(list(items), desc=label, unit="step")]
+
+
+def run_study(settings: Settings, *, distribute: Distribute = run_here, cases: Cases | None = None) -> Study:
     """Compute the study; ``distribute`` spreads the work (see :func:`spread`), by default over this process alone."""
-    if distribute is None:
-        with spread(1) as in_this_process:
-            return run_study(settings, distribute=in_this_process, cases=cases)
     cases = cases or tyre_cases(settings)
 
     # Modes and critical speeds of every case; the tyre in question has them in all worlds.
