@@ -34,7 +34,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
-myst_heading_anchors = 3
+myst_heading_anchors = 4
 autosummary_generate = True
 autosummary_filename_map = {"velotyre.Modes": "velotyre.Modes_class"}  # beside velotyre.modes where case does not count
 autodoc_typehints = "none"
@@ -112,6 +112,38 @@ def write_pages() -> None:
         (HERE / name).write_text(text, encoding="utf-8")
 
 
+# Pages of former versions, and where their text is now.
+MOVED = {
+    "add_a_measurement": "python.html#a-kind-of-measurement-of-your-own",
+    "add_an_effect": "effects.html#add-an-effect",
+    "api": "python.html#names",
+    "benchmark": "reliability.html#a-benchmark-of-answers",
+    "benchmarks": "reliability.html#benchmarks-of-speed",
+    "bring_your_recordings": "recordings.html",
+    "changelog": "contributing.html#changelog",
+    "closed_loop": "riders.html#a-rider-who-steers",
+    "design": "charts_and_design.html#design",
+    "how_to": "index.html",
+    "missing_effect": "diagnose.html",
+    "neighbours": "literature.html#neighbours",
+    "paper": "literature.html#known-discrepancies-of-the-paper",
+    "published": "literature.html#who-computed-what-and-what-we-get",
+    "rig_effects": "effects.html#rig-effects",
+    "rooms": "contributing.html#how-the-code-is-laid-out",
+    "scripts": "python.html#scripts",
+    "simulate_identify_diagnose": "diagnose.html#simulate-identify-diagnose",
+    "sources": "literature.html#where-the-numbers-come-from",
+    "stability_charts": "charts_and_design.html#stability-charts",
+    "validation": "reliability.html#every-count",
+}
+
+
+def redirects(_app: Sphinx) -> Iterator[tuple[str, dict[str, str], str]]:
+    """A page at each former address that leads to the present one."""
+    for name, address in MOVED.items():
+        yield name, {"address": address}, "moved.html"
+
+
 def bars_are_absolute_values(
     _app: Sphinx, _what: str, _name: str, _it: object, _options: object, lines: list[str]
 ) -> None:
@@ -121,6 +153,7 @@ def bars_are_absolute_values(
 
 def setup(app: Sphinx) -> None:
     """Take part in the build: before numpydoc, which has priority 500."""
+    app.connect("html-collect-pages", redirects)
     app.connect("autodoc-process-docstring", bars_are_absolute_values, priority=400)
 
 

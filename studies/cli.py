@@ -71,7 +71,7 @@ def effects_option() -> click.Option:
         expose_value=False,
         is_eager=True,
         callback=_know_effects,
-        help="Python file with effects of your own (docs/add_an_effect.md); may be repeated.",
+        help="Python file with effects of your own (docs/effects.md); may be repeated.",
     )
 
 

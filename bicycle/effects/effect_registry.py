@@ -24,7 +24,7 @@ from tyre.ground.workers import worker_pool
 
 GROUP = "velotyre.effects"  # entry points of installed packages
 LOADED = "velotyre_outside_effects"  # package, in this process only, of the files of users
-GUIDE = "docs/add_an_effect.md shows one"
+GUIDE = "docs/effects.md shows one"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pages import page
+from pages import section
 from read_report import read_report
 from small_library import all_but
 
@@ -19,6 +19,7 @@ from bicycle.files import load_bicycle
 from studies.diagnosis import Kind, find_candidates, read_measurement
 from tests.shared.refusals import refuses
 
+PAGE = section("python", "A kind of measurement of your own")
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "kinds"
 SCRIPT, MEASUREMENT, TABLE = "canonical_coefficients.py", "davis.toml", "davis_canonical_coefficients.csv"
 SLIPPING = ("steer_damper", "side_slip", "relaxation_length")
@@ -42,7 +43,7 @@ def example(folder):
 
 def test_the_davis_coefficients_need_two_effects(folder, example, monkeypatch, capsys):
     """Slip takes C1 of phi,delta down as measured, but C1 of delta,delta the wrong way: a second effect is needed."""
-    assert f"python {SCRIPT} diagnose {MEASUREMENT} --out report" in page("add_a_measurement")
+    assert f"python {SCRIPT} diagnose {MEASUREMENT} --out report" in PAGE
     few = [f"--without={name}" for name in all_but(read_measurement(MEASUREMENT), SLIPPING)]
     line = [SCRIPT, "diagnose", MEASUREMENT, "--out", "report", "--json", "v.json", "--no-stability", *few]
     monkeypatch.setattr(sys, "argv", line)
@@ -138,5 +139,4 @@ def test_every_method_that_the_example_writes_is_on_the_page():
     names = re.findall(r"^    def ([a-z]\w*)\(", inside, flags=re.M)
     assert "value_and_jacobian" in names
     helpers = {"whipple", "identified"}
-    text = page("add_a_measurement")
-    assert [name for name in names if f"`{name}`" not in text and name not in helpers] == []
+    assert [name for name in names if f"`{name}`" not in PAGE and name not in helpers] == []

@@ -5,12 +5,13 @@ import re
 from pathlib import Path
 
 import pytest
+from pages import section
 
 from bicycle import Model, effect_class, load_bicycle
 from studies.motion import available_controls, read_rider_control, rides
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "closed_loop.md").read_text(encoding="utf-8")
+PAGE = section("riders", "A rider who steers")
 
 
 def test_the_file_of_the_page_is_a_rider(tmp_path):

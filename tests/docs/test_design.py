@@ -1,15 +1,16 @@
 """The page on designs: its example runs, and every option and default stands on it."""
 
-from pages import missing_options, page, run_page
+from pages import missing_options, run_page, section, write_files
 
 from bicycle import critical_speeds, read_model
 from studies.cli import build
 
-PAGE = page("design")
+PAGE = section("charts_and_design", "Design")
+CHARTS = section("charts_and_design", "Stability charts")
 
 
 def test_the_example_runs(no_pictures, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(write_files(CHARTS, tmp_path))  # soft.toml
     shown = "".join(run_page(PAGE))
     assert "kept from 3 to 25 m/s: wobble stable" in shown
     assert "drawn bicycles keep it" in shown

@@ -1,14 +1,14 @@
-"""The three scripts of docs/scripts.md run, are short, and tell the truth."""
+"""The three scripts of docs/python.md run, are short, and tell the truth."""
 
 import re
 
 import numpy as np
 import pytest
-from pages import page
+from pages import section
 
 pytest.importorskip("xarray")
 
-SCRIPTS = re.findall(r"^```python\n(.*?)^```", page("scripts"), flags=re.MULTILINE | re.DOTALL)
+SCRIPTS = re.findall(r"^```python\n(.*?)^```", section("python", "Scripts"), flags=re.MULTILINE | re.DOTALL)
 
 
 def run(script):

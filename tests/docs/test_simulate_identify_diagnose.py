@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from pages import few_hypotheses, page, run_page
+from pages import few_hypotheses, run_page, section
 
 from studies.motion import LIMITS, RECORDED, read_sensors
 
-PAGE = page("simulate_identify_diagnose")
+PAGE = section("diagnose", "Simulate, identify, diagnose")
 HIDDEN = 2.0  # N m s/rad, which the page puts into ridden.toml
 MODAL = ("steer_damper", "rider_arms", "steer_spring", "pneumatic_trail")
 TRIED = {"modes.toml": MODAL, "kicks.toml": (*MODAL, "steer_friction", "steer_scale")}

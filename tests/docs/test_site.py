@@ -21,7 +21,7 @@ OUTSIDE = re.compile(r"^(?:[a-z][a-z0-9+.-]*:)?//", re.I)
 
 
 def test_every_public_name_is_in_the_api():
-    text = (DOCS / "api.md").read_text(encoding="utf-8")
+    text = (DOCS / "python.md").read_text(encoding="utf-8")
     listed = re.findall(r"^   ([\w.]+)$", text, flags=re.M)
     assert len(listed) == len(set(listed))
     public = {*vt.HOME, *dir(vt.effects)} | set(bicycle.__all__) | set(tyre.__all__)
@@ -93,3 +93,17 @@ def test_the_built_site_loads_nothing_from_a_network():
     physics = (BUILT / "physics.html").read_text(encoding="utf-8")
     assert sources(physics).formulae > 80  # MathML, which needs no script
     assert "$$" not in physics
+
+
+@pytest.mark.skipif(
+    not (BUILT / "index.html").is_file(), reason="the site has not been built: sphinx-build docs out/docs"
+)
+def test_a_former_address_leads_to_a_heading_that_exists():
+    moved = {
+        page.stem: re.search(r'refresh" content="0; url=([^"]+)', page.read_text()) for page in BUILT.glob("*.html")
+    }
+    targets = {name: found[1].partition("#") for name, found in moved.items() if found}
+    assert {"api", "closed_loop", "rooms", "validation"} <= set(targets)
+    for name, (file, _, heading) in targets.items():
+        text = (BUILT / file).read_text(encoding="utf-8")
+        assert not heading or f'id="{heading}"' in text, name

@@ -4,9 +4,9 @@ import re
 
 import pandas as pd
 import pytest
-from pages import missing_options, page, run_page
+from pages import missing_options, run_page, section
 
-PAGE = page("stability_charts")
+PAGE = section("charts_and_design", "Stability charts")
 
 
 @pytest.fixture(scope="module")

@@ -1,38 +1,22 @@
-"""The tutorial runs as it stands: its first block is the user's file, the others are executed in order."""
+"""The tutorial from one's own bicycle to a verdict runs as it stands and says what is seen."""
 
 import re
 from pathlib import Path
 
-from bicycle.effects import outside_effects
-from studies.cli import main
-
-PAGE = Path(__file__).parents[2] / "docs" / "add_an_effect.md"
+import pytest
+from pages import page, run_page
 
 
-def test_the_tutorial_runs_and_says_what_it_says(tmp_path, monkeypatch, capsys):
+def test_the_page_runs_and_says_what_is_seen(no_pictures, tmp_path, monkeypatch):
+    """In one process: others would derive models anew."""
+    monkeypatch.setattr("studies.main_study.figures.drawings", lambda *_: [])  # looked at in tests/studies/main_study
+    monkeypatch.setattr("os.cpu_count", lambda: 1)
     monkeypatch.chdir(tmp_path)
-    text = PAGE.read_text(encoding="utf-8")
-    file, *blocks = re.findall(r"^```python\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
-    assert len(blocks) == 4
-    name = file.splitlines()[0].removeprefix("# ")
-    (tmp_path / name).write_text(file, encoding="utf-8")
-    namespace = {"__name__": "tutorial"}
-    with outside_effects(()):
-        for block in blocks:
-            exec(compile(block, str(PAGE), "exec"), namespace)
-    shown = capsys.readouterr().out
-    assert re.search(r"the box sways at \d\.\d\d Hz at 3 m/s", shown)
-    assert "effect 'swaying_box': unknown parameter 'mas'; did you mean 'mass'? known: damping, " in shown
-
-
-def test_its_commands_know_the_file(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    text = PAGE.read_text(encoding="utf-8")
-    Path("swaying_box.py").write_text(re.findall(r"^```python\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)[0])
-    Path("model.toml").write_text('bicycle = "benchmark"\n[effects.swaying_box]\nmass = 6.0\n')
-    (block,) = re.findall(r"^```bash\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
-    for line in block.splitlines()[:2]:  # the third needs a measurement: tests/house/outside_effects
-        main(line.split()[1:])
-    shown = capsys.readouterr().out
-    assert "# swaying_box" in shown
-    assert "box 1/s" in shown
+    *_, ranked, designed = run_page(page("tutorial"))
+    names = [line.split()[0] for line in ranked.splitlines() if line.startswith(("front", "IB"))]
+    # what nobody measured before what a posture sets, IBxz: a damping of 5 to 40 N m s/rad moves wobble by 1.9 1/s
+    assert names == ["front_compliance.damping", "front_compliance.stiffness", "front_compliance.joint_z"]
+    share = float(re.search(r"how sure: ([\d.]+)% of 1000", designed)[1])
+    assert share == pytest.approx(50, abs=10)  # "every second"
+    assert Path("study/report.html").is_file()
+    assert Path("ridden.png").is_file()

@@ -26,6 +26,13 @@ def page(name: str) -> str:
     return INCLUDED.sub(lambda m: f"```{{code-block}} text\n:caption: {m[2]}\n{(DOCS / m[1]).read_text()}```", text)
 
 
+def section(name: str, heading: str) -> str:
+    """The text below a heading of second order on a page, up to the next one."""
+    _, _, text = page(name).partition(f"\n## {heading}\n")
+    assert text, f"no section {heading!r} on the page {name}"
+    return text.partition("\n## ")[0]
+
+
 def blocks(text: str, kind: str) -> list[str]:
     """Blocks of a kind without a caption."""
     return [block["text"] for block in BLOCK.finditer(text) if block["kind"] == kind and not block["file"]]

@@ -6,10 +6,10 @@ Toy (synthetic): a track that leans across, so that a share of the load pushes t
 import json
 import re
 from dataclasses import fields, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from pages import section
 
 import tyre.rig
 from studies.cli import main
@@ -33,7 +33,7 @@ from tyre.rig import (
 C = 7600.0
 TYRE = RigTyre(C, 75e3, peak_force=430.0, curvature=0.1, relaxation=False)
 FLAT = Condition(tyre="Synthetic", load=400.0, pressure=5.5e5, surface="flat", temperature=22.0)
-PAGE = Path(__file__).parents[3] / "docs" / "rig_effects.md"
+PAGE = section("effects", "Rig effects")
 CURVE = Curve(400.0, 5.5e5, (C, 76.0), (75e3, 750.0), None, 430.0, 1.4, 0.1)
 
 
@@ -41,9 +41,9 @@ CURVE = Curve(400.0, 5.5e5, (C, 76.0), (75e3, 750.0), None, 430.0, 1.4, 0.1)
 def leaning(monkeypatch):
     """The effect of the documentation, known for as long as a test runs."""
     monkeypatch.setattr(tyre.rig.effect, "OUTSIDE", {})
-    (block,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    (block,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     namespace = {"__name__": "a_laboratory"}
-    exec(compile(block, PAGE.name, "exec"), namespace)
+    exec(compile(block, "effects.md", "exec"), namespace)
     return namespace["LeaningTrack"]
 
 

@@ -9,7 +9,7 @@ from pages import few_hypotheses, page, run_page
 from studies.look import USES
 from tyre.formats import FORMATS
 
-PAGE = page("bring_your_recordings")
+PAGE = page("recordings")
 TRIED = ("aerodynamic_drag", "pneumatic_trail", "side_slip", "steer_damper", "steer_spring")
 
 
