@@ -71,7 +71,7 @@ def effects_option() -> click.Option:
         expose_value=False,
         is_eager=True,
         callback=_know_effects,
-        help="Python file with effects of your own (docs/effects.md); may be repeated.",
+        help="Load your effects from a Python file (docs/effects.md); may be repeated.",
     )
 
 
@@ -92,14 +92,14 @@ def build() -> click.Group:
         is_eager=True,
         expose_value=False,
         callback=_show_version,
-        help="Show the version and exit; with --verbose also what solves and reads.",
+        help="Show the version and exit; with --verbose also the libraries and limits in use.",
     )
     verbose = click.Option(["--verbose"], is_flag=True, expose_value=False, hidden=True)
     return ModuleGroup(
         import_module("studies.commands"),
         name="velotyre",
         params=[effects_option(), version, verbose],
-        help="From bicycle-tyre rig data to the stability of the bicycle.",
+        help="Compute the stability of a bicycle from tyre rig data.",
         epilog=example("velotyre bicycles", "velotyre modes benchmark", "velotyre run"),
     )
 

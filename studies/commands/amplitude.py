@@ -20,24 +20,35 @@ UNITS = {"steer_torque": "N m s", "lateral_push": "N s", "steer": "rad"}  # by w
 
 
 @click.command(
-    help="Amplitude and frequency of the periodic motions of MODEL on tyres that saturate, stable or not.",
+    help="Compute periodic motions on tyres that saturate. Amplitude, frequency and stability of each limit cycle "
+    "of MODEL.",
     epilog=example("velotyre amplitude pista_charlie_drops --tyre Tyre1 --pressure 5.5 --csv amplitude.csv"),
 )
 @takes_model
 @speeds_option(".", "1:60:1")
 @max_speed_option(60.0)
-@click.option("--peak-factor", type=FINITE, default=0.8, show_default=True, help="Peak lateral force over load, D.")
-@click.option("--shape-factor", type=FINITE, default=1.3, show_default=True, help="C of the Magic Formula.")
-@click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
-@click.option("--impulse", type=click.Choice(list(UNITS)), help="Also the least kick that starts another motion.")
+@click.option(
+    "--peak-factor", type=FINITE, default=0.8, show_default=True, help="Peak factor D: peak lateral force over load."
+)
+@click.option(
+    "--shape-factor", type=FINITE, default=1.3, show_default=True, help="Shape factor C of the Magic Formula."
+)
+@click.option(
+    "--curvature-factor", type=FINITE, default=0.0, show_default=True, help="Curvature factor E of the Magic Formula."
+)
+@click.option(
+    "--impulse", type=click.Choice(list(UNITS)), help="Also find the smallest impulse that starts a limit cycle."
+)
 @click.option(
     "--damper",
     type=Number(0, 100, above=True, unit="N m s/rad"),
-    help="N m s/rad; default: the least that ends wobble.",
+    help="Added steering damping, N m s/rad; default: the minimum that removes wobble.",
 )
-@click.option("--point", metavar="X,Z", help="Of the acceleration, m, z down; by default 0.8 m up on the steer axis.")
+@click.option(
+    "--point", metavar="X,Z", help="Point of the acceleration, m, z down; default: 0.8 m up on the steer axis."
+)
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw amplitude and frequency: .png, .svg or .pdf.")
-@click.option("--film", type=PATH, help="Film the largest motion that lasts: .gif.")
+@click.option("--film", type=PATH, help="Film the largest stable limit cycle: .gif.")
 @click.option("--csv", "csv_file", metavar="FILE", help="Write a row per speed and mode as CSV; - is standard output.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(

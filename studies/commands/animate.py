@@ -10,13 +10,15 @@ from studies.reporting.command_context import example
 
 
 @click.command(
-    help="Film one mode of MODEL: side, rear and top view.",
+    help="Film one mode of MODEL. Side, rear and top view.",
     epilog=example("velotyre animate benchmark --mode weave --speed 5 --out weave.gif"),
 )
 @takes_model
-@click.option("--mode", required=True, help="weave, wobble, capsize, castering ... as velotyre modes lists them.")
+@click.option(
+    "--mode", required=True, help="Name of the mode, as velotyre modes shows it: weave, wobble, capsize, castering ..."
+)
 @speed_option()
-@click.option("--out", "target", metavar="FILE", type=PATH, required=True, help="The film, .gif")
+@click.option("--out", "target", metavar="FILE", type=PATH, required=True, help="File of the film, .gif.")
 @click.option(
     "--amplitude", type=Number(0, 45, above=True), default=12.0, show_default=True, help="Largest angle shown, degrees."
 )

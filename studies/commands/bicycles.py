@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    help="List the packaged bicycles, or show every parameter of one (or of a bicycle file).",
+    help="List the packaged bicycles, or show one. BICYCLE is a packaged name or a file; all its parameters are shown.",
     epilog=example("velotyre bicycles", "velotyre bicycles pista"),
 )
 @verbose

@@ -12,15 +12,19 @@ AXIS = "NAME[=LOW:HIGH[:log]]"
 
 
 @click.command(
-    help="Stability chart of MODEL over two of its numbers: exact boundaries by mode, figure and CSV.",
+    help="Draw a stability chart over two parameters. Exact stability boundaries of MODEL by mode, figure and CSV.",
     epilog=example("velotyre chart benchmark --x speed=1:10 --y c=0.02:0.12 --out chart"),
 )
 @takes_model
-@click.option("--x", "x_text", required=True, metavar=AXIS, help="Horizontal: speed, or as --parameter of root-locus.")
-@click.option("--y", "y_text", required=True, metavar=AXIS, help="Vertical; without a range, what is usual.")
-@speed_option("m/s, unless the speed is an axis.", required=False)
+@click.option(
+    "--x", "x_text", required=True, metavar=AXIS, help="Horizontal axis: speed, or as --parameter of root-locus."
+)
+@click.option("--y", "y_text", required=True, metavar=AXIS, help="Vertical axis; default range: the usual one.")
+@speed_option("Forward speed, m/s, unless it is an axis.", required=False)
 @click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
-@click.option("--contours", metavar="OUTPUT", help="Contour lines of an output of sweeps, such as max_growth_rate.")
+@click.option(
+    "--contours", metavar="OUTPUT", help="Draw contour lines of an output of sweeps, such as max_growth_rate."
+)
 @sd_option
 @assume_option
 @click.option("--json", "json_file", metavar="FILE", help="Write the boundaries as JSON; - is standard output.")

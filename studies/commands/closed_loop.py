@@ -10,16 +10,29 @@ from studies.reporting.command_context import example, verbose
 
 
 @click.command(
-    help="A rider who steers MODEL: speeds he holds, margins, what limits, and the softest tyre he can ride on.",
+    help="Assess MODEL with a rider who steers. Stabilised speeds, stability margins, limiting motion, and the "
+    "softest tyre that the rider stabilises.",
     epilog=example("velotyre closed-loop rigid_rider_joined --rider-control schwab2013 --out ride"),
 )
 @click.argument("models", metavar="MODEL...", nargs=-1, required=True)
-@click.option("--rider-control", required=True, metavar="NAME", help="A packaged rider (davis_j), or a file (.toml).")
-@click.option("--tyre", "tyres", multiple=True, metavar="TYRE", help="As in other commands; repeat to compare.")
-@click.option("--pressure", "pressures", multiple=True, metavar="BAR", help="Of each --tyre, bar; repeat to compare.")
-@click.option("--surface", metavar="SURFACE", help="Of --tyre: flat (default) or drum.")
-@click.option("--extrapolate", is_flag=True, help="Take tyre values far outside the range where they hold.")
-@speeds_option("; by default all that the rider's runs cover.")
+@click.option(
+    "--rider-control", required=True, metavar="NAME", help="Rider: a packaged name (davis_j), or a file (.toml)."
+)
+@click.option(
+    "--tyre",
+    "tyres",
+    multiple=True,
+    metavar="TYRE",
+    help="Tyre on both wheels, as in other commands; repeat to compare.",
+)
+@click.option(
+    "--pressure", "pressures", multiple=True, metavar="BAR", help="Pressure of each --tyre, bar; repeat to compare."
+)
+@click.option("--surface", metavar="SURFACE", help="Test surface of --tyre: flat (default) or drum.")
+@click.option(
+    "--extrapolate", is_flag=True, help="Allow tyre data more than one range width outside the measured range."
+)
+@speeds_option("; default: the speeds of the rider's measured runs.")
 @click.option("--out", type=FOLDER, help="Folder for page, figure and table.")
 @verbose
 def command(

@@ -9,12 +9,13 @@ from studies.reporting.command_context import example, verbose
 
 
 @click.command(
-    help="Write BICYCLE (a packaged name or a file) as TOML, flat YAML or 'key = value+/-sd' text.",
+    help="Convert BICYCLE to TOML, flat YAML or text. BICYCLE is a packaged name or a file; text is 'key = "
+    "value+/-sd'.",
     epilog=example("velotyre convert benchmark --to mine.toml", "velotyre convert pista --to pistaBenchmark.txt"),
 )
 @verbose
 @click.argument("bicycle")
-@click.option("--to", "target", required=True, metavar="FILE", type=PATH, help=".toml, .yml or .txt")
+@click.option("--to", "target", required=True, metavar="FILE", type=PATH, help="File to write: .toml, .yml or .txt.")
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(bicycle: str, target: Path, *, force: bool) -> None:
     from bicycle.files.bicycle_files import WRITERS, load_bicycle, lost_in_text

@@ -8,7 +8,8 @@ from studies.reporting.command_context import example
 
 
 @click.command(
-    help="Exact critical speeds of MODEL, or of each bicycle of a table: where a mode becomes stable or unstable.",
+    help="Compute the critical speeds of MODEL. The exact speeds at which a mode becomes stable or unstable, also "
+    "of each bicycle of a table.",
     epilog=example("velotyre critical benchmark --tyre Tyre1 --pressure 5.5 --csv critical.csv"),
 )
 @takes_model_or_matrices

@@ -23,7 +23,8 @@ def check_demands(context: click.Context, parameter: click.Parameter, value: Dem
 
 
 @click.command(
-    help="The smallest change of MODEL that keeps modes stable up to a speed; writes the corrected model file.",
+    help="Find the smallest change that keeps modes stable. Modes of MODEL meet the requirement up to a speed; the "
+    "changed model file is written.",
     epilog=example("velotyre design benchmark --keep weave stable --from 4 --up-to 6 --vary c,w --out better.toml"),
 )
 @takes_model
@@ -34,20 +35,32 @@ def check_demands(context: click.Context, parameter: click.Parameter, value: Dem
     required=True,
     metavar="MODE WHAT",
     callback=check_demands,
-    help="Mode (all: every one), and 'stable', a least damping ratio or a largest amplitude (2deg); repeat.",
+    help="Mode (or all), then 'stable', a minimum damping ratio or a maximum steer amplitude (2deg); may be repeated.",
 )
-@click.option("--up-to", type=SPEED_ABOVE_0, required=True, help="Highest speed, m/s.")
-@click.option("--from", "low", type=SPEED, default=1.0, show_default=True, help="Lowest speed, m/s.")
-@click.option("--vary", required=True, metavar="NAME,NAME", help="What may change, as --parameter of root-locus.")
-@click.option("--damping-ratio", type=Number(0, 1, below=True), help="Least damping ratio for 'stable'.")
-@click.option("--cost", "costs", multiple=True, metavar="NAME=VALUE", help="Cost of a change by one unit; repeat.")
-@click.option("--limits", "limits", multiple=True, metavar="NAME=LOW:HIGH", help="How far a number may go; repeat.")
+@click.option("--up-to", type=SPEED_ABOVE_0, required=True, help="Highest speed of the requirement, m/s.")
+@click.option("--from", "low", type=SPEED, default=1.0, show_default=True, help="Lowest speed of the requirement, m/s.")
+@click.option(
+    "--vary", required=True, metavar="NAME,NAME", help="Parameters that may change, as --parameter of root-locus."
+)
+@click.option("--damping-ratio", type=Number(0, 1, below=True), help="Minimum damping ratio for 'stable'.")
+@click.option(
+    "--cost", "costs", multiple=True, metavar="NAME=VALUE", help="Cost of a change by one unit; may be repeated."
+)
+@click.option(
+    "--limits", "limits", multiple=True, metavar="NAME=LOW:HIGH", help="Allowed range of a parameter; may be repeated."
+)
 @sd_option
 @assume_option
-@click.option("--probability", type=Number(0, 1, above=True, below=True), help="Keep it so surely.")
-@click.option("--samples", type=Number(50, 1e12, whole=True), default=1000, show_default=True, help="Drawn bicycles.")
+@click.option(
+    "--probability", type=Number(0, 1, above=True, below=True), help="Required probability of meeting the requirement."
+)
+@click.option(
+    "--samples", type=Number(50, 1e12, whole=True), default=1000, show_default=True, help="Number of parameter samples."
+)
 @seed_option
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The new model, .toml.")
+@click.option(
+    "--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="File for the changed model, .toml."
+)
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
     chosen: ChosenModel,

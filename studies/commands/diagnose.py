@@ -7,19 +7,28 @@ from studies.reporting.command_context import example, verbose
 
 
 @click.command(
-    help="Find where simulation and MEASUREMENT (a file or a packaged name) disagree, and name the missing effect.",
+    help="Find where simulation and measurement disagree. Names the missing effect; MEASUREMENT is a file or a "
+    "packaged name.",
     epilog=example("velotyre diagnose kooijman2008 --out diagnosis"),
 )
 @click.argument("measurement_file", metavar="MEASUREMENT")
 @verbose
-@click.option("--out", "folder", metavar="DIR", help="Write a report (page, figures, corrected model) there.")
-@click.option("--without", metavar="EFFECT", multiple=True, help="Do not try this effect; may be repeated.")
-@click.option("--with", "with_", metavar="EFFECT", multiple=True, help="Try this too: steer_assist, rotating_mass ...")
+@click.option("--out", "folder", metavar="DIR", help="Folder for the report: page, figures, corrected model.")
+@click.option(
+    "--without", metavar="EFFECT", multiple=True, help="Exclude this effect from the search; may be repeated."
+)
+@click.option(
+    "--with",
+    "with_",
+    metavar="EFFECT",
+    multiple=True,
+    help="Include this effect in the search: steer_assist, rotating_mass ...",
+)
 @click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")
-@click.option("--no-stability", is_flag=True, help="With --out: do not judge variants of noise, priors and data.")
-@click.option("--as-read", is_flag=True, help="Search even if another unit or sign explains the data far better.")
-@click.option("--quick", is_flag=True, help="Only single effects, by least squares and BIC, in seconds; no report.")
-@click.option("--workers", type=WORKERS, help="Processes for the variants; default: one a core, up to 4.")
+@click.option("--no-stability", is_flag=True, help="With --out: skip the variants of noise, priors and data.")
+@click.option("--as-read", is_flag=True, help="Search even if another unit or sign explains the data much better.")
+@click.option("--quick", is_flag=True, help="Try single effects only, by least squares and BIC, in seconds; no report.")
+@click.option("--workers", type=WORKERS, help="Processes for the variants; default: one per core, up to 4.")
 def command(
     measurement_file: str,
     folder: str | None,

@@ -7,13 +7,19 @@ from studies.reporting.command_context import example
 
 
 @click.command(
-    help="Open a page in the browser: controls for bicycle, rider, tyres and effects, linked figures, downloads. "
-    "MODEL is what it begins with.",
+    help="Open an interactive page in the browser. Controls for bicycle, rider, tyres and effects, linked figures, "
+    "downloads. MODEL is the initial model.",
     epilog=example("velotyre explore", "velotyre explore model.toml --port 8060 --no-browser"),
 )
 @click.argument("model", required=False)
-@click.option("--port", default=8050, show_default=True, type=Number(0, 65535, whole=True), help="0 takes a free one.")
-@click.option("--no-browser", is_flag=True, help="Only say the address.")
+@click.option(
+    "--port",
+    default=8050,
+    show_default=True,
+    type=Number(0, 65535, whole=True),
+    help="Port of the page; 0: any free port.",
+)
+@click.option("--no-browser", is_flag=True, help="Print the address without opening it.")
 def command(model: str | None, port: int, *, no_browser: bool) -> None:
     from studies.explorer.uploads import start_state
     from tyre.ground.progress import optional_module

@@ -10,27 +10,39 @@ from studies.reporting.command_context import example
 
 
 @click.command(
-    help="Frequency responses from forced runs: recordings, each with its speed as RUN.csv@4.8 (m/s).",
+    help="Estimate frequency responses from forced runs. Each recording is given with its speed, m/s: RUN.csv@4.8.",
     epilog=example(
         "velotyre frequency-response run01.csv@4.8 --input steer_torque --output roll_rate,steer --out table.csv"
     ),
 )
 @click.argument("runs", nargs=-1, required=True, metavar="RUN.csv@SPEED...")
 @takes_channels
-@click.option("--input", "source", default="steer_torque", show_default=True, help="Or lean_torque, lateral_push.")
-@click.option("--output", "outputs", default="roll_rate,steer", show_default=True, help="Motions, separated by commas.")
+@click.option(
+    "--input",
+    "source",
+    default="steer_torque",
+    show_default=True,
+    help="Channel of the input; also lean_torque, lateral_push.",
+)
+@click.option(
+    "--output",
+    "outputs",
+    default="roll_rate,steer",
+    show_default=True,
+    help="Channels of the outputs, separated by commas.",
+)
 @click.option(
     "--instrument",
     "reference",
     default="",
     metavar="COLUMN",
-    help="A recorded reference that was added to the input from outside: unbiased where something answers the motion.",
+    help="Recorded reference that was added to the input; removes the bias of feedback from the motion.",
 )
 @click.option(
     "--segment", "segment_s", type=DURATION, default=10.0, show_default=True, help="Length of the segments, s."
 )
 @click.option("--to-hz", "highest_hz", type=FINITE, default=5.0, show_default=True, help="Highest frequency, Hz.")
-@click.option("--out", "out_file", metavar="TABLE.csv", help="Write the table.")
+@click.option("--out", "out_file", metavar="TABLE.csv", help="Write the table of frequency responses.")
 def command(
     runs: tuple[str, ...],
     channels_file: Path | None,

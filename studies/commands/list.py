@@ -15,12 +15,13 @@ OF_MODELS = ("velotyre list models", "velotyre list models sharp1971", "velotyre
 
 
 @click.command(
-    help="List the packaged models, which others published, or show every number of one (or of a model file).",
+    help="List the packaged models, or show one. MODEL is a published model or a model file; all its parameters "
+    "are shown.",
     epilog=example(*OF_MODELS),
 )
 @click.argument("model", required=False)
 @click.option("--json", "json_file", metavar="FILE", help="Write the models as JSON; - is standard output.")
-@click.option("--to", "target", metavar="FILE", help="Write MODEL as a model file (.toml), to be changed.")
+@click.option("--to", "target", metavar="FILE", help="Write MODEL as a model file (.toml) to edit.")
 def models(model: str | None, json_file: str | None, target: str | None) -> None:
     import tomli_w
 

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    help="Show what is in recordings (any format) and what can be done with them: channels, faults, usable samples.",
+    help="Show what recordings contain and can be used for. Channels, faults, usable samples and next commands, "
+    "for any format.",
     epilog=example("velotyre look rig0815.csv --out look"),
 )
 @click.argument("files", nargs=-1, required=True, metavar="FILE|FOLDER...", type=PATH)
@@ -22,12 +23,12 @@ if TYPE_CHECKING:
     "channels_file",
     type=PATH,
     metavar="MAP.toml",
-    help="Which column is which channel; without, the sidecar's map, else guesses.",
+    help="Channel map; default: the map of the sidecar, else guesses.",
 )
-@click.option("--dbc", type=PATH, multiple=True, help="Database that decodes CAN frames.")
-@click.option("--out", type=PATH, metavar="DIR", help="Write pictures and drafts there.")
-@click.option("--json", "json_file", metavar="FILE", help="Write JSON here; - is standard output.")
-@click.option("--force", is_flag=True, help="Overwrite drafts that are there already.")
+@click.option("--dbc", type=PATH, multiple=True, help="Database that decodes CAN frames; may be repeated.")
+@click.option("--out", type=PATH, metavar="DIR", help="Folder for pictures and draft files.")
+@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
+@click.option("--force", is_flag=True, help="Overwrite existing drafts.")
 def command(
     files: tuple[Path, ...],
     channels_file: Path | None,

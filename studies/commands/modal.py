@@ -28,13 +28,15 @@ UNUSED = (
 
 
 @click.command(
-    help="Frequency and damping from free decays: recordings, each with its speed as RUN.csv@4.8 (m/s).",
+    help="Estimate frequency and damping from free decays. Each recording is given with its speed, m/s: RUN.csv@4.8.",
     epilog=example("velotyre modal run01.csv@4.8 run02.csv@5.6 --from 0.5 --out weave.csv"),
 )
 @click.argument("runs", nargs=-1, required=True, metavar="RUN.csv@SPEED...")
 @takes_channels
 @click.option("--mode", help="Name of the mode in the table; weave unless --modes is given.")
-@click.option("--modes", metavar="NAME,NAME", help="Several modes in one window, by frequency: weave,wobble.")
+@click.option(
+    "--modes", metavar="NAME,NAME", help="Names of several modes in one window, in order of frequency: weave,wobble."
+)
 @click.option(
     "--from",
     "first_s",
@@ -43,9 +45,11 @@ UNUSED = (
     show_default=True,
     help="Start of the window, s after the first sample.",
 )
-@click.option("--to", "last_s", type=TIME, help="End of the window, likewise.")
-@click.option("--start-hz", type=FINITE, help="Look near this frequency.")
-@click.option("--drift", help="none, constant, parabola, exponential or parabola-exponential; default: by evidence.")
+@click.option("--to", "last_s", type=TIME, help="End of the window, s after the first sample.")
+@click.option("--start-hz", type=FINITE, help="Start the fit near this frequency, Hz.")
+@click.option(
+    "--drift", help="Drift: none, constant, parabola, exponential or parabola-exponential; default: by evidence."
+)
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the modal table.")
 @click.option("--figures", type=FOLDER, help="Folder for a picture of each fit.")
 def command(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    help="Eigenvalues, named modes and critical speeds of MODEL, or of each bicycle of a table.",
+    help="Compute eigenvalues, named modes and critical speeds. Of MODEL, or of each bicycle of a table.",
     epilog=example(
         "velotyre modes benchmark",
         "velotyre modes benchmark --tyre Tyre1 --pressure 5.5 --speeds 1:20:0.5 --plot modes.png",

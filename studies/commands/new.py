@@ -24,8 +24,8 @@ NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
 
 
 @click.command(
-    help="Write FILE.toml, a model file (or another kind) that runs as it is, with every key explained; or a bicycle "
-    "of yours from what you can measure.",
+    help="Write a commented file to start from. FILE.toml is a model file (or another --kind) that runs as it is, with "
+    "every key explained; or, from the sizes you measured, your own bicycle and its model file.",
     epilog=example(
         "velotyre new model.toml",
         "velotyre new mine.toml --wheelbase 1.02 --trail 0.06 --head-angle 72.5 --wheel 28-622 --mass 9 "
@@ -38,26 +38,37 @@ NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
     type=click.Choice(("model", "measurement", "sensors")),
     default="model",
     show_default=True,
-    help="model: of every command; measurement, with its table: of diagnose; sensors: of simulate.",
+    help="Kind of file: model, of every command; measurement with its table, of diagnose; sensors, of simulate.",
 )
-@click.option("--bicycle", default="benchmark", show_default=True, help="A packaged bicycle to begin with.")
-@click.option("--tyre", default="Tyre1", show_default=True, help="A packaged tyre to begin with.")
-@click.option("--wheelbase", type=LENGTH_ABOVE_0, help="m; with the options below: a bicycle of yours, scaled.")
-@click.option("--trail", type=LENGTH, help="m; or --fork-offset.")
-@click.option("--fork-offset", type=LENGTH, help="Rake: hub before the steer axis, m; in place of --trail.")
-@click.option("--head-angle", type=ANGLE, help="Steer axis from the horizontal, degrees.")
-@click.option("--wheel", metavar="SIZE", help="As on the tyre: 28-622, 700x28C, '26 x 1.75'.")
-@click.option("--mass", type=MASS, help="Bicycle without rider, kg.")
+@click.option("--bicycle", default="benchmark", show_default=True, help="Bicycle of the model: a packaged name.")
+@click.option("--tyre", default="Tyre1", show_default=True, help="Tyre of the model: a packaged name.")
+@click.option("--wheelbase", type=LENGTH_ABOVE_0, help="Wheelbase, m; with the options below: your own bicycle.")
+@click.option("--trail", type=LENGTH, help="Trail, m; or give --fork-offset.")
 @click.option(
-    "--rider-height", type=LENGTH_ABOVE_0, help="m; without it a bicycle without rider (needs the extra rider)."
+    "--fork-offset", type=LENGTH, help="Distance of the hub before the steer axis (rake), m; instead of --trail."
 )
-@click.option("--rider-mass", type=MASS, help="kg.")
-@click.option("--rider-place", type=PLACE, metavar="X,HEIGHT", help="Mass centre, m, in place of --rider-height.")
-@click.option("--rider-inertia", type=INERTIAS, metavar="XX,YY,ZZ[,XZ]", help="With it, kg m^2, z down; else a point.")
-@click.option("--posture", type=POSTURE, default="hoods", help="[default: hoods]")
-@click.option("--front-wheel-mass", type=MASS, help="kg, if you weigh it: the speeds are then better known.")
-@click.option("--fork-mass", type=MASS, help="Fork, stem and bar, kg, if you weigh them.")
-@click.option("--front-wheel-inertia", type=INERTIA, help="About its axle, kg m^2, if you swing it.")
+@click.option("--head-angle", type=ANGLE, help="Angle of the steer axis from the horizontal, degrees.")
+@click.option("--wheel", metavar="SIZE", help="Tyre size as printed on the tyre: 28-622, 700x28C, '26 x 1.75'.")
+@click.option("--mass", type=MASS, help="Mass of the bicycle without rider, kg.")
+@click.option(
+    "--rider-height", type=LENGTH_ABOVE_0, help="Height of the rider, m (needs the extra rider); default: no rider."
+)
+@click.option("--rider-mass", type=MASS, help="Mass of the rider, kg.")
+@click.option(
+    "--rider-place", type=PLACE, metavar="X,HEIGHT", help="Mass centre of the rider, m; instead of --rider-height."
+)
+@click.option(
+    "--rider-inertia",
+    type=INERTIAS,
+    metavar="XX,YY,ZZ[,XZ]",
+    help="Inertia with --rider-place, kg m^2, z down; default: point mass.",
+)
+@click.option("--posture", type=POSTURE, default="hoods", help="Posture of the rider. [default: hoods]")
+@click.option("--front-wheel-mass", type=MASS, help="Mass of the front wheel, kg; narrows the speeds.")
+@click.option("--fork-mass", type=MASS, help="Mass of fork, stem and handlebar, kg; narrows the speeds.")
+@click.option(
+    "--front-wheel-inertia", type=INERTIA, help="Inertia of the front wheel about its axle, kg m^2; narrows the speeds."
+)
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **bicycle_data: Any) -> None:
     from bicycle.files.bicycle_files import available_bicycles, load_bicycle

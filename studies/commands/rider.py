@@ -19,7 +19,8 @@ OF_A_BODY = ("rider_name", "height", "posture", "torso_lean", "back_rounding", "
 
 
 @click.command(
-    help="Put a rider on BICYCLE (packaged or a file, without rider) as one rigid body with its rear frame.",
+    help="Add a rider to BICYCLE. The rider is rigidly joined to the rear frame; BICYCLE is a packaged name or a "
+    "file, without rider.",
     epilog=example(
         "velotyre rider pista --rider charlie --posture drops --out pista_charlie_drops.toml",
         "velotyre rider browser --height 1.80 --mass 75 --posture upright --out browser_rider.toml",
@@ -28,17 +29,39 @@ OF_A_BODY = ("rider_name", "height", "posture", "torso_lean", "back_rounding", "
 )
 @verbose
 @click.argument("bicycle")
-@click.option("--rider", "rider_name", help="A packaged rider, or a file of 95 measurements (package yeadon).")
-@click.option("--height", type=LENGTH, help="m; with --mass instead of --rider: a body scaled from a measured one.")
+@click.option("--rider", "rider_name", help="Rider: a packaged name, or a file of 95 measurements (package yeadon).")
+@click.option(
+    "--height", type=LENGTH, help="Height of the rider, m; with --mass instead of --rider: scaled from a measured body."
+)
 @click.option("--mass", type=MASS, help="Total mass of the rider, kg.")
-@click.option("--place", type=PLACE, metavar="X,HEIGHT", help="With --mass alone: its centre, m; also of a load.")
-@click.option("--inertia", type=INERTIAS, metavar="XX,YY,ZZ[,XZ]", help="With --place, kg m^2, z down; else a point.")
-@click.option("--posture", type=POSTURE, help="How the rider sits; not with --place.")
-@click.option("--torso-lean", type=ANGLE, metavar="DEG", help="Hip to shoulder, forward of the vertical.")
-@click.option("--back-rounding", type=ANGLE, default=0.0, metavar="DEG", help="Chest beyond the pelvis. [default: 0]")
-@click.option("--elbows-out", type=ANGLE, default=0.0, metavar="DEG", help="0: below shoulder and hand. [default: 0]")
-@click.option("--geometry", type=PATH, help="Seat and bar: .toml, or a raw *Measured.txt.")
-@click.option("--out", required=True, metavar="FILE", type=PATH, help=".toml; a picture beside.")
+@click.option(
+    "--place",
+    type=PLACE,
+    metavar="X,HEIGHT",
+    help="Mass centre of the rider or of a load, m; with --mass, without --height.",
+)
+@click.option(
+    "--inertia",
+    type=INERTIAS,
+    metavar="XX,YY,ZZ[,XZ]",
+    help="Inertia with --place, kg m^2, z down; default: point mass.",
+)
+@click.option("--posture", type=POSTURE, help="Posture of the rider; not with --place.")
+@click.option("--torso-lean", type=ANGLE, metavar="DEG", help="Angle from hip to shoulder, forward of the vertical.")
+@click.option(
+    "--back-rounding", type=ANGLE, default=0.0, metavar="DEG", help="Angle of the chest beyond the pelvis. [default: 0]"
+)
+@click.option(
+    "--elbows-out",
+    type=ANGLE,
+    default=0.0,
+    metavar="DEG",
+    help="Elbow angle outwards; 0: below shoulder and hand. [default: 0]",
+)
+@click.option("--geometry", type=PATH, help="Geometry of seat and handlebar: .toml, or a raw *Measured.txt.")
+@click.option(
+    "--out", required=True, metavar="FILE", type=PATH, help="File to write, .toml; a picture is written next to it."
+)
 @click.option("--force", is_flag=True, help="Overwrite existing files.")
 def command(
     bicycle: str,

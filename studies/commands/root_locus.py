@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    help="Root locus of MODEL in a parameter: figure, CSV, and where a mode becomes (un)stable.",
+    help="Draw the root locus of MODEL in one parameter. Figure, CSV, and the values at which a mode becomes "
+    "stable or unstable.",
     epilog=example("velotyre root-locus benchmark --parameter IFyy --range 0.1:0.6 --speed 5 --out locus"),
 )
 @takes_model
@@ -23,12 +24,13 @@ if TYPE_CHECKING:
     "--parameter",
     required=True,
     metavar="KEY",
-    help="speed, a bicycle key (IFyy), effect.parameter[.rear|.front], or pressure_bar, load_N of a measured tyre.",
+    help="Parameter: speed, a bicycle key (IFyy), effect.parameter[.rear|.front], or pressure_bar, load_N of a "
+    "measured tyre.",
 )
 @click.option("--range", "span", required=True, metavar="START:STOP[:STEP]", help="Values of the parameter, SI or bar.")
-@speed_option("m/s, unless the speed is the parameter.", required=False)
+@speed_option("Forward speed, m/s, unless it is the parameter.", required=False)
 @click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
-@click.option("--max-frequency", type=POSITIVE, help="Show up to this frequency, Hz.")
+@click.option("--max-frequency", type=POSITIVE, help="Highest frequency shown, Hz.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the crossings as JSON; - is standard output.")
 def command(
     chosen: ChosenModel,

@@ -7,21 +7,26 @@ from studies.reporting.command_context import example
 
 
 @click.command(
-    help="Does this tyre, at this pressure, bring my bicycle closer to wobble? Measured tyres on a bicycle, hands off "
-    "and on the bar, with a rigid and a flexible front: a report with figures and tables. MODEL is a model file, whose "
-    "tyre the question is then about, or a bicycle.",
+    help="Study the effect of tyre pressure on wobble. Measured tyres on a bicycle, hands off and hands "
+    "on, with "
+    "a rigid and a flexible front frame: a report with figures and tables. MODEL is a bicycle, or a model file whose "
+    "tyre is studied.",
     epilog=example("velotyre run --bicycle benchmark --tyre Tyre2 --pressures 4,7 --out out"),
 )
 @click.argument("model_file", metavar="[MODEL]", required=False)
-@click.option("--out", default="out", show_default=True, help="Folder to write into.")
-@click.option("--bicycle", help="A packaged bicycle, or a file; default: a measured frame with a rider in the drops.")
-@click.option("--tyre", metavar="TYRE", help="A packaged tyre, a table (.csv), a .tir or Pacejka-89 file.")
-@click.option("--surface", metavar="SURFACE", help="Of --tyre: flat (default) or drum.")
-@click.option("--pressures", metavar="LIST", help="Pressures to study, bar: 3.5,5,7; default: the measured ones.")
-@click.option("--rider", help="A packaged rider, or a file of measurements, put on --bicycle (needs the extra rider).")
-@click.option("--posture", type=POSTURE, help="How the --rider sits; default: drops.")
-@click.option("--workers", type=WORKERS, help="Processes; default: one for each core, up to 4.")
-@click.option("--json", "json_file", type=click.Path(allow_dash=True), help="Write JSON to a file, or - for stdout.")
+@click.option("--out", default="out", show_default=True, help="Folder for the results.")
+@click.option(
+    "--bicycle", help="Bicycle: a packaged name, or a file; default: a measured frame with a rider in the drops."
+)
+@click.option("--tyre", metavar="TYRE", help="Tyre: a packaged name, a table (.csv), a .tir or Pacejka-89 file.")
+@click.option("--surface", metavar="SURFACE", help="Test surface of --tyre: flat (default) or drum.")
+@click.option("--pressures", metavar="LIST", help="Pressures, bar: 3.5,5,7; default: the measured pressures.")
+@click.option("--rider", help="Rider on --bicycle: a packaged name, or a file of measurements (needs the extra rider).")
+@click.option("--posture", type=POSTURE, help="Posture of --rider; default: drops.")
+@click.option("--workers", type=WORKERS, help="Processes; default: one per core, up to 4.")
+@click.option(
+    "--json", "json_file", type=click.Path(allow_dash=True), help="Write the result as JSON; - is standard output."
+)
 def command(model_file: str | None, out: str, workers: int | None, json_file: str | None, **inputs: object) -> None:
     import os
     from pathlib import Path

@@ -8,7 +8,8 @@ from studies.reporting.command_context import example
 
 
 @click.command(
-    help="Rank the parameters of MODEL by what one standard deviation does to a mode.",
+    help="Rank parameters by their effect on one mode. The change of a mode of MODEL by one standard uncertainty "
+    "of each parameter.",
     epilog=example("velotyre sensitivity benchmark --mode weave --speed 5"),
 )
 @takes_model
@@ -16,8 +17,10 @@ from studies.reporting.command_context import example
 @speed_option()
 @sd_option
 @max_speed_option(40.0)
-@click.option("--top", default=15, show_default=True, type=Number(1, 1000, whole=True), help="Rows to show.")
-@click.option("--out", metavar="DIR", help="Write sensitivity.csv and the tornado figure there.")
+@click.option(
+    "--top", default=15, show_default=True, type=Number(1, 1000, whole=True), help="Number of parameters shown."
+)
+@click.option("--out", metavar="DIR", help="Folder for sensitivity.csv and the tornado figure.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
     chosen: ChosenModel,

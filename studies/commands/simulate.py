@@ -23,42 +23,54 @@ NOTHING_MOVES = "nothing moves the bicycle; give --initial or --input, such as -
 
 
 @click.command(
-    help="Time history of MODEL from initial states and inputs: CSV and figures.",
+    help="Simulate MODEL from initial states and inputs. The time history is written as CSV and figures.",
     epilog=example("velotyre simulate benchmark --speed 5 --initial lean=0.02 --out history"),
 )
 @takes_model
 @speed_option()
-@click.option("--duration", type=DURATION, default=5.0, show_default=True, help="s.")
+@click.option("--duration", type=DURATION, default=5.0, show_default=True, help="Length of the time history, s.")
 @click.option("--step", type=DURATION, default=0.005, show_default=True, help="Time between samples, s.")
-@click.option("--initial", default="", help="States at the start, SI: lean=0.02,steer_rate=0.1")
+@click.option("--initial", default="", help="Initial states, SI: lean=0.02,steer_rate=0.1.")
 @click.option(
     "--input",
     "inputs",
     multiple=True,
     metavar="SPEC",
-    help="steer_torque:step:0.5@1, lateral_push:pulse:50@1+0.2, rear_slip:doublet:0.02@1+0.5, steer_torque:file:T.csv "
-    "(samples, joined by straight lines), steer_torque:steps:T.csv (each value holds to the next); with "
+    help="Input, SI: steer_torque:step:0.5@1, lateral_push:pulse:50@1+0.2, rear_slip:doublet:0.02@1+0.5, "
+    "steer_torque:file:T.csv (linear between samples), steer_torque:steps:T.csv (constant between samples); with "
     "aerodynamic_drag side_wind:step:3@1 (m/s).",
 )
 @takes_channels
-@click.option("--frequency-response", metavar="INPUT", help="Also gain and phase from this input, 0.05 to 20 Hz.")
-@click.option("--nonlinear", is_flag=True, help="Also with Magic Formula tyres, limited by the wheel loads.")
-@click.option("--peak-factor", type=FINITE, default=0.8, show_default=True, help="Peak lateral force over load, D.")
-@click.option("--shape-factor", type=FINITE, default=1.3, show_default=True, help="C of the Magic Formula.")
-@click.option("--curvature-factor", type=FINITE, default=0.0, show_default=True, help="E of the Magic Formula.")
-@click.option("--offset", type=FINITE, default=0.0, show_default=True, help="Lateral force over load without slip, Sv.")
+@click.option("--frequency-response", metavar="INPUT", help="Also write gain and phase from this input, 0.05 to 20 Hz.")
+@click.option("--nonlinear", is_flag=True, help="Also simulate with Magic Formula tyres, limited by the wheel loads.")
+@click.option(
+    "--peak-factor", type=FINITE, default=0.8, show_default=True, help="Peak factor D: peak lateral force over load."
+)
+@click.option(
+    "--shape-factor", type=FINITE, default=1.3, show_default=True, help="Shape factor C of the Magic Formula."
+)
+@click.option(
+    "--curvature-factor", type=FINITE, default=0.0, show_default=True, help="Curvature factor E of the Magic Formula."
+)
+@click.option(
+    "--offset",
+    type=FINITE,
+    default=0.0,
+    show_default=True,
+    help="Vertical shift Sv: lateral force over load without slip.",
+)
 @click.option(
     "--sensors",
     "sensors_file",
     metavar="FILE.toml",
     type=PATH,
-    help="Also write recording.csv: the channels, sample rate and sensor errors of this file.",
+    help="Also write recording.csv with the channels, sample rate and sensor errors of this file.",
 )
-@click.option("--noise", is_flag=True, help="With --sensors: with their random noise.")
+@click.option("--noise", is_flag=True, help="With --sensors: add their random noise.")
 @click.option(
     "--seed",
     type=SEED,
-    help="With --noise: of the noise, to have the same again; it is written into the recording. Repeats need others.",
+    help="With --noise: seed of the noise, written into the recording; give each repeat its own.",
 )
 @click.option("--out", type=FOLDER, required=True, help="Folder for the results.")
 def command(

@@ -9,21 +9,21 @@ from studies.reporting.command_context import example, verbose
 
 
 @click.command(
-    help="Compute the sweep that SWEEP.toml describes; run again to continue an interrupted one, or to draw the result "
-    "with --plot: critical speeds by name, bands along the speed, outputs over the varied parameters, and which "
-    "parameter matters; PNG and SVG, and the numbers as CSV. SWEEP may also be a finished result, to be drawn.",
+    help="Compute or draw the sweep that SWEEP.toml describes. The same command continues an interrupted sweep. --plot "
+    "draws critical speeds by name, bands over speed, outputs over the varied parameters, and variance shares, as PNG "
+    "and SVG, with the numbers as CSV. SWEEP may also be a finished result to draw.",
     epilog=example("velotyre sweep sweep.toml --out result.zarr --plot"),
 )
 @verbose
 @click.argument("sweep_file", metavar="SWEEP.toml")
 @click.option("--out", metavar="RESULT", help="Result: a .zarr folder, or a .nc file (netCDF).")
-@click.option("--workers", type=WORKERS, help="Workers of this machine; default: one a core.")
-@click.option("--processes", type=WORKERS, help="The same, processes whatever is computed.")
+@click.option("--workers", type=WORKERS, help="Workers on this machine; default: one per core.")
+@click.option("--processes", type=WORKERS, help="Workers on this machine, always as processes.")
 @click.option("--scheduler", metavar="ADDRESS", help="Address of a dask.distributed scheduler, e.g. tcp://host:8786.")
-@click.option("--plot", is_flag=True, help="Draw the result into RESULT_figures.")
-@click.option("--figures", metavar="DIR", help="Draw the result into this folder.")
-@click.option("--at", type=SPEED, metavar="M_S", help="Speed at which stable and unstable are told apart, m/s.")
-@click.option("--json", "json_file", metavar="FILE", help="Write what was computed as JSON; - is standard output.")
+@click.option("--plot", is_flag=True, help="Write the figures to RESULT_figures.")
+@click.option("--figures", metavar="DIR", help="Folder for the figures.")
+@click.option("--at", type=SPEED, metavar="M_S", help="Speed at which samples are classed as stable or unstable, m/s.")
+@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
     sweep_file: str,
     out: str | None,

@@ -26,7 +26,8 @@ SLIPS = (-10.0, 10.0)
 
 
 @click.command(
-    help="List the packaged tyres, or show one, or that of a file (tyre table, .tir, Pacejka-89), at its conditions.",
+    help="List the packaged tyres, or show one. TYRE is a packaged name or a file (tyre table, .tir, Pacejka-89), "
+    "shown at its conditions.",
     epilog=example(
         "velotyre tyres",
         "velotyre tyres Tyre1 --surface drum",
@@ -34,7 +35,7 @@ SLIPS = (-10.0, 10.0)
     ),
 )
 @click.argument("tyre", required=False)
-@click.option("--surface", metavar="SURFACE", help="flat (default) or drum.")
+@click.option("--surface", metavar="SURFACE", help="Test surface: flat (default) or drum.")
 @click.option("--plot", metavar="FILE", help="Draw lateral force and aligning moment over slip: .png, .svg or .pdf.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the tyres as JSON; - is standard output.")
 def command(tyre: str | None, surface: str | None, plot: str | None, json_file: str | None) -> None:

@@ -19,23 +19,30 @@ HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", 
 
 
 @click.command(
-    help="Carry the measured uncertainty of MODEL to frequency, damping ratio and critical speeds.",
+    help="Propagate parameter uncertainty to the results. Frequency, damping ratio and critical speeds of MODEL "
+    "with their uncertainties.",
     epilog=example("velotyre uncertainty pista --speeds 5"),
 )
 @takes_model
 @speeds_option("; default: critical speeds only.")
-@click.option("--output", "outputs", multiple=True, metavar="NAME", help="A further output, as of sweeps; repeat.")
+@click.option(
+    "--output", "outputs", multiple=True, metavar="NAME", help="Further output, named as in sweeps; may be repeated."
+)
 @sd_option
 @click.option(
     "--relative-cornering-stiffness-sd",
     type=Number(0, 10),
-    help="sd(C_Fy)/C_Fy of a tyre whose table states none; default: 0.03, with --stated-only 0.",
+    help="Relative standard uncertainty of C_α if the tyre states none; default: 0.03, with --stated-only 0.",
 )
-@click.option("--stated-only", is_flag=True, help="Count as exact what no source states; else defaults are assumed.")
+@click.option(
+    "--stated-only", is_flag=True, help="Treat parameters without a stated uncertainty as exact; default: assume one."
+)
 @max_speed_option(60.0)
-@click.option("--samples", type=Number(2, 1e12, whole=True), default=2000, show_default=True, help="Random bicycles.")
+@click.option("--samples", type=Number(2, 1e12, whole=True), default=2000, show_default=True, help="Number of samples.")
 @seed_option
-@click.option("--narrow", metavar="NAME", help="Which measurement would narrow this critical speed most (needs SALib).")
+@click.option(
+    "--narrow", metavar="NAME", help="Rank measurements by how much they narrow this critical speed (needs SALib)."
+)
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 def command(
     chosen: ChosenModel,

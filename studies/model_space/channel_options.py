@@ -8,8 +8,8 @@ import click
 
 from studies.model_space.command_options import PATH
 
-_FILE = "TOML file: which column is which channel, in what unit and with what sign."
-_ONE = "One channel: roll_rate='Gyro X' deg/s -1, or time='t' ms, or time=200 Hz; may be repeated."
+_FILE = "Channel map (TOML): column, unit and sign of each channel."
+_ONE = "Map one channel: roll_rate='Gyro X' deg/s -1, time='t' ms or time=200 Hz; may be repeated."
 
 
 def takes_channels(command: Callable[..., Any]) -> Callable[..., Any]:

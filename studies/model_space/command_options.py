@@ -119,7 +119,7 @@ def speed_option(words: str = "Forward speed, m/s.", *, required: bool = True) -
 
 def speeds_option(words: str, default: str | None = None) -> Decorator:
     """Option ``--speeds`` of a command that takes several; ``--speed`` is told of it."""
-    words = f"m/s: start:stop:step with both ends, or a list 2,5,8{words}"
+    words = f"Speeds, m/s: start:stop:step, both ends included, or a list 2,5,8{words}"
     refuse_speed = _refuse_option("--speed", "give --speeds, one or more: --speeds 5, a list 2,5,8 or start:stop:step")
     option = click.option("--speeds", default=default, show_default=default is not None, help=words)
     return lambda command: refuse_speed(option(command))
@@ -140,5 +140,9 @@ def max_speed_option(default: float) -> Decorator:
 
 
 seed_option = click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the random numbers.")
-sd_option = click.option("--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard deviation, SI; repeat.")
-assume_option = click.option("--assume", is_flag=True, help="Take default standard deviations, too.")
+sd_option = click.option(
+    "--sd", "sds", multiple=True, metavar="NAME=VALUE", help="Standard uncertainty of a parameter, SI; may be repeated."
+)
+assume_option = click.option(
+    "--assume", is_flag=True, help="Assume default standard uncertainties for the other parameters."
+)

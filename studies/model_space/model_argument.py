@@ -106,12 +106,14 @@ def _takes_model(command: Callable[..., Any], *, matrices: bool) -> Callable[...
             click.echo(chosen.remark, err=True)
         return command(chosen, **rest)
 
-    tyre_help = "Put a tyre on both wheels: a packaged one, a table (.csv), a .tir or Pacejka-89 file."
+    tyre_help = "Tyre on both wheels: a packaged name, a table (.csv), a .tir or Pacejka-89 file."
     for decorate in (
         verbose,
-        click.option("--extrapolate", is_flag=True, help="Take tyre values far outside the range where they hold."),
-        click.option("--surface", metavar="SURFACE", help="Of --tyre: flat (default) or drum."),
-        click.option("--pressure", metavar="BAR", help="Of --tyre, bar: one number, or REAR,FRONT."),
+        click.option(
+            "--extrapolate", is_flag=True, help="Allow tyre data more than one range width outside the measured range."
+        ),
+        click.option("--surface", metavar="SURFACE", help="Test surface of --tyre: flat (default) or drum."),
+        click.option("--pressure", metavar="BAR", help="Inflation pressure of --tyre, bar: one number, or REAR,FRONT."),
         click.option("--tyre", metavar="TYRE", help=tyre_help),
         click.argument("model", metavar="MODEL", shell_complete=_complete),
     ):

@@ -46,6 +46,55 @@ def test_the_help_ends_with_an_example(name, capsys):
         assert any(line.startswith(f"velotyre {name} ") or line == f"velotyre {name}" for line in examples(EVERY[name]))
 
 
+# imperatives with which the help of a command may start
+VERBS = {
+    "Add",
+    "Assess",
+    "Compute",
+    "Convert",
+    "Draw",
+    "Estimate",
+    "Film",
+    "Find",
+    "Fit",
+    "List",
+    "Open",
+    "Propagate",
+    "Rank",
+    "Show",
+    "Simulate",
+    "Study",
+    "Write",
+}
+LONGEST = 54  # letters, which `velotyre --help` shows next to the longest name of a command
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_the_help_starts_with_a_verb_in_a_sentence_that_is_shown_in_full(name):
+    paragraph = " ".join((EVERY[name].help or "").split("\n\n")[0].split())
+    first = paragraph.partition(". ")[0].removesuffix(".") + "."
+    assert first.split()[0] in VERBS
+    assert len(first) <= LONGEST
+    assert "?" not in EVERY[name].help
+
+
+@pytest.mark.parametrize("name", [name for name, command in EVERY.items() if isinstance(command, click.Group)])
+def test_the_list_of_commands_cuts_none_off(name, capsys):
+    main([*name.split(), "--help"])
+    shown = capsys.readouterr().out.partition("Commands:")[2].partition("Example")[0]
+    assert shown.strip()
+    assert "..." not in shown
+    assert all(line.endswith(".") for line in shown.splitlines() if line.strip())
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_the_help_of_an_option_is_a_sentence(name):
+    for option in (one for one in EVERY[name].params if isinstance(one, click.Option) and not one.hidden):
+        words = (option.help or "").removesuffix("]").partition(" [default: ")[0]
+        assert words[:1].isupper() or words.startswith("NAME"), (option.opts, words)
+        assert words.endswith("."), (option.opts, words)
+
+
 BESIDE = tuple(f"velotyre {name}" for name in DEAR | NEEDS_FILES)
 EVERY_LINE = {line for command in EVERY.values() for line in examples(command)}
 CHEAP = sorted(line for line in EVERY_LINE if not line.startswith(BESIDE) and "model.toml" not in line)

@@ -1,3 +1,3 @@
-"""From rig recordings and measured tables to tyre properties."""
+"""Fit tyre properties, or simulate rig recordings."""
 
 EXAMPLE = ("velotyre tyre simulate campaign --seed 1", "velotyre tyre fit campaign --out fit")

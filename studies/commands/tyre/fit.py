@@ -20,22 +20,24 @@ def _percent(name: str, default: float, words: str) -> Callable[[Any], Any]:
 @click.argument("folder", type=PATH)
 @click.option("--out", type=PATH, required=True, help="Folder for the results.")
 @takes_channels
-@click.option("--json", "json_file", metavar="FILE", help="Write JSON here; - is standard output.")
+@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 @click.option(
     "--skip-bad/--stop-at-bad",
     default=True,
     show_default=True,
-    help="Leave out files that cannot be used and list them with the reason, or stop at the first.",
+    help="Skip files that cannot be used and list them with the reason, or stop at the first.",
 )
-@click.option("--jobs", type=WORKERS, help="Worker processes (default: one per processor).")
+@click.option("--jobs", type=WORKERS, help="Worker processes; default: one per processor.")
 @_percent("--force-calibration", 0.3, "Standard uncertainty of the force gain")
 @_percent("--slip-calibration", 0.3, "Standard uncertainty of the slip gain")
 @_percent("--gauge-calibration", 0.2, "Standard uncertainty of the dial gauges")
-@_percent("--repeatability", 1.0, "Scatter of one recording where there are no repeats")
-@_percent("--load-tolerance", 5.0, "Largest distance of the measured from the declared load")
-@click.option("--wheel-radius", type=LENGTH, default=0.34, show_default=True, help="Radius of wheel and tyre, m.")
-@click.option("--every-residual", is_flag=True, help="Draw the residuals of every recording, not only of the worst.")
-@click.option("--no-lag-correction", is_flag=True, help="Fit sweeps without taking out the lag (for comparison).")
+@_percent("--repeatability", 1.0, "Standard deviation of one recording if there are no repeats")
+@_percent("--load-tolerance", 5.0, "Largest difference between measured and declared load")
+@click.option(
+    "--wheel-radius", type=LENGTH, default=0.34, show_default=True, help="Radius of the wheel with its tyre, m."
+)
+@click.option("--every-residual", is_flag=True, help="Draw the residuals of every recording; default: the worst only.")
+@click.option("--no-lag-correction", is_flag=True, help="Fit sweeps without correcting the lag (for comparison).")
 def command(
     folder: Path,
     out: Path,
@@ -54,12 +56,14 @@ def command(
     every_residual: bool,
     no_lag_correction: bool,
 ) -> None:
-    """Fit all recordings in FOLDER (.csv with .toml sidecar, .tdx) and write a report, tables, maps and .tir files.
+    """Fit tyre properties to the recordings in FOLDER.
+
+    Recordings are .csv with a .toml sidecar or .tdx files. A report, tables, maps and .tir files are written.
 
     A sidecar with a channel map describes a recording in any columns, units and formats.
 
-    Fits of single files are kept in OUT/.cache, so an interrupted run goes on where it was. Beside a campaign of
-    `velotyre tyre simulate`, the report compares the fit with the truth.
+    Fits of single files are kept in OUT/.cache, so an interrupted run continues. For a campaign of `velotyre tyre
+    simulate`, the report compares the fit with the true values.
     """
     from studies.reporting.manifest import results
     from studies.reporting.output import write_json

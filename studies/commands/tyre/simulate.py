@@ -21,22 +21,31 @@ if TYPE_CHECKING:
 @click.option("--name", default="Synthetic tyre", show_default=True, help="Name of the tyre.")
 @click.option("--loads", default="340,400,490", show_default=True, help="Vertical loads, N.")
 @click.option("--pressures", default="3.5,5.5,7.5", show_default=True, help="Inflation pressures, bar.")
-@click.option("--surfaces", default="flat", show_default=True, help="flat, drum or flat,drum.")
+@click.option("--surfaces", default="flat", show_default=True, help="Test surfaces: flat, drum or flat,drum.")
 @click.option("--rates", default="1,2", show_default=True, help="Slip rates, deg/s.")
 @click.option("--sweeps", type=COUNT, default=1, show_default=True, help="Slip sweeps per condition and rate.")
 @click.option(
     "--pulls", type=COUNT, default=2, show_default=True, help="Lateral stiffness tests per flat-track condition."
 )
 @click.option("--steps", type=COUNT, default=0, show_default=True, help="Slip steps per condition.")
-@click.option("--axes", default="adapted SAE", show_default=True, help="ISO, SAE or adapted SAE.")
-@click.option("--format", "file_format", default="csv", show_default=True, help="csv, tdx or mixed.")
-@click.option("--effect", "effects", multiple=True, help="NAME:key=value,... sets a rig effect, SI; NAME adds it.")
-@click.option("--without", "removed", multiple=True, help="NAME of a rig effect to leave out.")
+@click.option(
+    "--axes", default="adapted SAE", show_default=True, help="Axis system of the files: ISO, SAE or adapted SAE."
+)
+@click.option("--format", "file_format", default="csv", show_default=True, help="File format: csv, tdx or mixed.")
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    help="Set a rig effect, NAME:key=value,... (SI); NAME alone adds it; may be repeated.",
+)
+@click.option("--without", "removed", multiple=True, help="Remove the rig effect NAME; may be repeated.")
 def command(folder: Path, seed: int, effects: tuple[str, ...], removed: tuple[str, ...], **options: Any) -> None:
-    """Write a SYNTHETIC rig campaign into FOLDER, with its truth in truth.json.
+    """Write a SYNTHETIC rig campaign into FOLDER.
 
-    The protocol is the paper's: 9.3 km/h, triangular slip sweeps to +-4 deg at 200 Hz, lateral pulls with dial
-    gauges of 0.01 mm.
+    The true values are in truth.json.
+
+    The protocol is the paper's: 9.3 km/h, triangular slip sweeps to +-4 deg at 200 Hz, lateral stiffness tests
+    with dial gauges of 0.01 mm.
     """
     import numpy as np
 
