@@ -2,6 +2,7 @@
 
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,12 @@ def test_the_python_example_of_six_lines_runs(capsys, monkeypatch):
     for table in (without, lagged):
         assert all(name in table for name in ("real_1_s", "imaginary_rad_s", "weave", "wobble", "capsize"))
     assert "..." not in shown
+
+
+def test_it_cites_the_version_and_licence_of_the_package():
+    project = tomllib.loads((README.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    text = README.read_text(encoding="utf-8")
+    assert f"Version {project['version']} (2026). Licence {project['license']}." in text
 
 
 def test_every_command_of_the_readme_exists():

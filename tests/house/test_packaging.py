@@ -53,6 +53,12 @@ def test_the_oldest_versions_of_the_checks_are_those_that_are_allowed():
         assert len({one.lower() for one in (*project()["dependencies"], *extras) if one.lower().startswith(name)}) == 1
 
 
+def test_the_extra_all_has_every_extra_of_a_user():
+    extras = project()["optional-dependencies"]
+    (chosen,) = [one.removeprefix("velotyre[").removesuffix("]").split(",") for one in extras["all"]]
+    assert {*chosen, "all", "benchmarks", "docs", "test"} == set(extras)
+
+
 @pytest.fixture(scope="module")
 def source(tmp_path_factory):
     """A copy, for setuptools leaves its build folder in the source and packs what it finds there."""

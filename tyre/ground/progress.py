@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-NOT_INSTALLED = "{} is not installed; install it with: {}"
+NOT_INSTALLED = "{} is not installed; install it with: {} ([all] instead of [{}] installs every extra)"
 
 
 def progress_bar(items: Iterable[Any] | None = None, *, show: bool = True, **settings: Any) -> Any:
@@ -45,8 +45,8 @@ def optional_module(name: str, *, extra: str) -> Any:
 
 
 def missing_package_text(name: str, *, extra: str) -> str:
-    """Say that a package is missing, which an ``extra`` of velotyre brings."""
-    return NOT_INSTALLED.format(name, install_command(extra))
+    """Say that a package is missing, and the ``extra`` of velotyre that installs it."""
+    return NOT_INSTALLED.format(name, install_command(extra), extra)
 
 
 def install_command(extra: str) -> str:

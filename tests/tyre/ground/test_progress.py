@@ -35,7 +35,7 @@ def test_an_extra_comes_from_where_velotyre_came(monkeypatch, origins, command):
     assert install_command("rider") == command
     with pytest.raises(ImportError, match="^no_such_package is not installed; install it with: ") as missing:
         optional_module("no_such_package", extra="rider")
-    assert str(missing.value).endswith(command)
+    assert str(missing.value).endswith(f"{command} ([all] instead of [rider] installs every extra)")
 
 
 def test_no_progress_bar_where_standard_error_is_no_terminal(monkeypatch):
