@@ -6,7 +6,7 @@ damping.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,11 +150,31 @@ class Hinge:
         return bool(np.isfinite(self.size))
 
 
-def wobble(settings: Settings, setup: Setup, contact: Array, label: str = "") -> End:
-    """Compute the wobble of one model with the tyre numbers ``contact`` (4,): N/rad and m, rear then front."""
-    linear = world.model(settings, setup, contact).linear_model()
-    span = world.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
-    return End(label, span, world.least_damped_wobble(modes(linear, settings.speeds)))
+class Variant(NamedTuple):
+    """What one model is made of."""
+
+    settings: Settings  # study with its bicycle
+    setup: Setup  # world on the tyre
+    contact: Array  # (4,), N/rad and m: cornering stiffness and relaxation length, rear then front
+
+    def vary(self, **changes: Any) -> "Variant":
+        """Change fields of the world."""
+        return self._replace(setup=replace(self.setup, **changes))
+
+    def wobble(self, label: str = "") -> End:
+        """Find where its wobble is unstable and how it is damped; ``label`` names it."""
+        linear = world.model(self.settings, self.setup, self.contact).linear_model()
+        fastest = self.settings.fastest
+        span = world.wobble_span(linear, critical_speeds(linear, max_speed=fastest), fastest)
+        return End(label, span, world.least_damped_wobble(modes(linear, self.settings.speeds)))
+
+
+def in_reference_world(settings: Settings, case: TyreCase) -> Variant:
+    """Put the bicycle on the tyres of a case, in the world in which wobble is worst."""
+    return Variant(settings, case.apply_to(settings.reference), case.contact)
+
+
+Ends = dict[str, Variant]  # value -> what has it
 
 
 def hinges(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> tuple[Hinge, ...]:
@@ -162,27 +182,20 @@ def hinges(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> tu
     hinges = []
     for name, ends in _variations(settings, cases, focus):
         try:
-            low, high = (wobble(*end, value) for value, end in ends.items())
+            low, high = (variant.wobble(value) for value, variant in ends.items())
         except InputError:
             continue  # an end that makes no model shows nothing
         hinges.append(Hinge(name, low, high))
     return tuple(sorted(hinges, key=lambda hinge: -hinge.size))
 
 
-Ends = dict[str, tuple[Settings, Setup, Array]]  # value -> study, world and tyre of the end
-
-
 def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> Iterator[tuple[str, Ends]]:
     """Yield the name of what is varied, and both of its ends."""
-    base = focus.apply_to(settings.reference)
+    base = in_reference_world(settings, focus)
     ranges = settings.ranges
-
-    def make_ends(worlds: Mapping[str, Setup]) -> Ends:
-        return {value: (settings, setup, focus.contact) for value, setup in worlds.items()}
-
-    yield "hands", make_ends({"off the bar": base, "on the bar": replace(base, arms=settings.arms)})
-    if front := base.front:
-        yield "front", make_ends({"flexible": base, "rigid": replace(base, front=None)})
+    yield "hands", {"off the bar": base, "on the bar": base.vary(arms=settings.arms)}
+    if front := base.setup.front:
+        yield "front", {"flexible": base, "rigid": base.vary(front=None)}
         front_ranges = [
             ("stiffness", ranges.stiffness, "N m/rad"),
             ("damping", ranges.damping, "N m s/rad"),
@@ -191,21 +204,20 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
         if ranges.friction[1] > 0:
             front_ranges.append(("friction", [front.friction + extra for extra in ranges.friction], "N m s/rad"))
         for name, values, unit in front_ranges:
-            fronts: dict[str, dict[str, Any]] = {f"{v:g} {unit}": {name: v} for v in values}
-            worlds = {value: replace(base, front=replace(front, **change)) for value, change in fronts.items()}
-            yield WORDS[name], make_ends(worlds)
-    assumed = assumed_of_tyre(settings, base)
+            ends: Ends = {}
+            for value in values:
+                change: dict[str, Any] = {name: value}
+                ends[f"{value:g} {unit}"] = base.vary(front=replace(front, **change))
+            yield WORDS[name], ends
+    assumed = assumed_of_tyre(settings, base.setup)
     for name, unit in (("camber_share", "× load"), ("trail", "m"), ("twisting", "N m/rad")):
         if name in assumed:
             values = getattr(ranges, name)
-            yield WORDS[name], make_ends({f"{v:g} {unit}": replace(base, **{name: v}) for v in values})
+            yield WORDS[name], {f"{v:g} {unit}": base.vary(**{name: v}) for v in values}
     by_pressure = sorted((case for case in cases if case.pressures_bar), key=lambda case: case.pressure_bar)
     if len(by_pressure) > 1:
-        end_cases = (by_pressure[0], by_pressure[-1])
-        yield (
-            "pressure",
-            {case.condition: (settings, case.apply_to(settings.reference), case.contact) for case in end_cases},
-        )
+        lowest, highest = (in_reference_world(settings, case) for case in (by_pressure[0], by_pressure[-1]))
+        yield "pressure", {by_pressure[0].condition: lowest, by_pressure[-1].condition: highest}
     postures = _postures(settings, focus)
     if len(postures) > 1:
         first, last = next(iter(postures)), next(reversed(postures))
@@ -231,7 +243,7 @@ def _postures(settings: Settings, focus: TyreCase) -> Ends:
         for case in tyre_cases(seated).studied:
             if (case.name, case.condition) == (focus.name, focus.condition):
                 posture = bicycle.name.rpartition("_")[2]
-                ends[posture] = (seated, case.apply_to(seated.reference), case.contact)
+                ends[posture] = in_reference_world(seated, case)
     return ends
 
 
@@ -312,16 +324,16 @@ def _compare_contact(settings: Settings, case: TyreCase, half_length: Array, *, 
     half_length = np.minimum(half_length, LIMITS.widest * relaxation_length)
     trail = tuple(string_trail(half_length=half_length, relaxation_length=relaxation_length).tolist())
     rear, front = half_length.tolist()
-    base = case.apply_to(settings.reference)
-    lag, trailing, string = (
-        wobble(settings, setup, case.contact)
-        for setup in (
-            replace(base, trail=0.0),
-            replace(base, trail=trail),
-            replace(base, contact_half_length=(rear, front)),
-        )
+    base = in_reference_world(settings, case)
+    return ContactModels(
+        case,
+        (rear, front),
+        trail,
+        estimated,
+        lag=base.vary(trail=0.0).wobble(),
+        trailing=base.vary(trail=trail).wobble(),
+        string=base.vary(contact_half_length=(rear, front)).wobble(),
     )
-    return ContactModels(case, (rear, front), trail, estimated, lag, trailing, string)
 
 
 @dataclass(frozen=True, eq=False)
