@@ -104,13 +104,15 @@ def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
 def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty:
     """Make the model of a case with the covariance of all that is uncertain about tyre and bicycle."""
     setup = case.apply_to(setup)
-    followers = follow(settings, setup, settings.bicycle.values)
-    parameters = model(settings, setup, case.contact).parameters
-    exact = {key: 0.0 for key in parameters if ParameterKey.parse(key).effect in PLAUSIBLE and key not in followers}
     content = {
         "bicycle": {key: settings.bicycle[key] for key in UNITS},
         "effects": {LAW: dict(case.table), **effect_tables(settings, setup)},
     }
+
+    # What the plausible fronts vary counts as exact here, unless it follows from the bicycle.
+    followers = follow(settings, setup, settings.bicycle.values)
+    parameters = model(settings, setup, case.contact).parameters
+    exact = {key: 0.0 for key in parameters if ParameterKey.parse(key).effect in PLAUSIBLE and key not in followers}
     return Uncertainty(
         content,
         sd=exact,
