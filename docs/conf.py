@@ -1,8 +1,8 @@
 """Build the documentation: ``pip install -e ".[docs]" && sphinx-build -W --keep-going docs out/docs``.
 
-Pages that follow from the code are generated here: the effects from their declarations, the audit of the paper from its
-tables, the published numbers from their tests. Nothing generated is kept in the tree, and nothing is fetched from a
-network, now or when a page is read.
+Pages that follow from the code are generated here: the effects from their declarations, the help from the commands,
+the audit of the paper from its tables, the published numbers from their tests. Nothing generated is kept in the tree,
+and nothing is fetched from a network, now or when a page is read.
 """
 
 import csv
@@ -19,7 +19,7 @@ from sphinx.application import Sphinx
 from bicycle.effects import describe, registry
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]  # mathml.py, tests.published
+sys.path[:0] = [str(HERE), str(HERE.parent)]  # mathml.py, command_help.py, tests.published
 
 project = "velotyre"
 author = "the velotyre authors"
@@ -97,9 +97,12 @@ def published() -> str:
 
 def write_pages() -> None:
     """One page per registered effect under ``effects/`` and, under ``generated/``, what others include."""
+    from command_help import as_markdown as command_help
+
     from tests.published.paper_claims import as_markdown, audit
 
     pages = {f"effects/{identifier}.md": describe(effect) for identifier, effect in registry().items()}
+    pages["generated/command_help.md"] = command_help()
     pages["generated/paper_audit.md"] = as_markdown(audit())
     pages["generated/published.md"] = published()
     pages["generated/targets.md"] = targets()

@@ -3,7 +3,9 @@
 Where the site has been built (``sphinx-build docs out/docs``; the checks of a change do) its pages are read, too.
 """
 
+import html
 import re
+import runpy
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -12,11 +14,14 @@ import pytest
 import bicycle
 import studies.velotyre as vt
 import tyre
-from studies.cli import build
+from studies.cli import build, main
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 BUILT = ROOT / "out" / "docs"
+needs_site = pytest.mark.skipif(
+    not (BUILT / "index.html").is_file(), reason="the site has not been built: sphinx-build docs out/docs"
+)
 OUTSIDE = re.compile(r"^(?:[a-z][a-z0-9+.-]*:)?//", re.I)
 
 
@@ -39,6 +44,20 @@ def test_every_command_is_named_on_a_page():
     text = "\n".join(page.read_text(encoding="utf-8") for page in [*DOCS.glob("*.md"), ROOT / "README.md"])
     names = [name for name in build().list_commands(None) if not re.search(rf"velotyre {name}\b", text)]
     assert names == []
+
+
+@pytest.fixture(scope="module")
+def helps():
+    return runpy.run_path(str(DOCS / "command_help.py"))["command_helps"]()
+
+
+def test_the_printed_help_is_what_every_command_prints(helps, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    for words, text in helps.items():
+        main([*words.split()[1:], "--help"])
+        assert capsys.readouterr().out.rstrip("\n") == text.rstrip("\n"), words
+    names = {" ".join(words.split()[1:]) for words in helps}
+    assert names >= {"", "tyre fit", "tyre simulate", *build().list_commands(None)}
 
 
 class Sources(HTMLParser):
@@ -82,9 +101,7 @@ def test_what_a_page_loads_is_seen(text, found):
     assert len(outside(text)) == found
 
 
-@pytest.mark.skipif(
-    not (BUILT / "index.html").is_file(), reason="the site has not been built: sphinx-build docs out/docs"
-)
+@needs_site
 def test_the_built_site_loads_nothing_from_a_network():
     pages = list(BUILT.rglob("*.html"))
     assert len(pages) > 100
@@ -95,9 +112,13 @@ def test_the_built_site_loads_nothing_from_a_network():
     assert "$$" not in physics
 
 
-@pytest.mark.skipif(
-    not (BUILT / "index.html").is_file(), reason="the site has not been built: sphinx-build docs out/docs"
-)
+@needs_site
+def test_the_built_page_shows_the_help_of_every_command(helps):
+    shown = html.unescape(re.sub(r"<[^>]+>", "", (BUILT / "command_line.html").read_text(encoding="utf-8")))
+    assert [words for words, text in helps.items() if text.rstrip("\n") not in shown] == []
+
+
+@needs_site
 def test_a_former_address_leads_to_a_heading_that_exists():
     moved = {
         page.stem: re.search(r'refresh" content="0; url=([^"]+)', page.read_text()) for page in BUILT.glob("*.html")
