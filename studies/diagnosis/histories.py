@@ -18,7 +18,7 @@ from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.doubts import SPEEDS, readings_of
 from studies.diagnosis.family import Family
 from studies.diagnosis.figures import TRACES
-from studies.diagnosis.history_doubts import faint_channels, held_torques, unrecorded_rider
+from studies.diagnosis.history_doubts import doubt_faint_channels, doubt_held_torques, doubt_unrecorded_rider
 from studies.diagnosis.mistakes import (
     BOX,
     SENSOR,
@@ -336,8 +336,8 @@ class Histories(BicycleKind, kind="histories"):
     def marginalise_noise(self, candidates: Candidates, theta: Array, white: Array) -> Array:
         """Residuals (n, draws) of ``white`` noise (n, draws) of sd 1 once initial states are integrated out of it."""
         runs = self._integrate_starts(self.family(candidates), candidates, theta)
-        padded = np.zeros((self._recorded.size, white.shape[1]))
-        padded[self._recorded.ravel()] = white
+        padded = np.zeros((self._is_sample.size, white.shape[1]))
+        padded[self._is_sample.ravel()] = white
         return self._flatten(runs.integrate_out(padded.reshape(*runs.residual.shape, -1)))
 
     def simulate(self, candidates: Candidates, theta: Array, channels: tuple[str, ...], at: Array) -> Array:
@@ -354,7 +354,7 @@ class Histories(BicycleKind, kind="histories"):
     def residual_signals(self, candidates: Candidates, theta: Array) -> list[Array]:
         """Measured minus computed signals (T, C) of each run, in the channels' units, from the most probable starts."""
         runs = self._integrate_starts(self.family(candidates), candidates, theta)
-        white = runs.integrate_out(runs.residual[..., None]).reshape(self._recorded.shape)  # the inverse
+        white = runs.integrate_out(runs.residual[..., None]).reshape(self._is_sample.shape)  # the inverse
         residuals = []
         for run, white_run in zip(self.runs, white, strict=True):
             channels = zip(self.noise.values(), white_run[:, : len(run.time)], strict=True)
@@ -362,14 +362,14 @@ class Histories(BicycleKind, kind="histories"):
         return residuals
 
     @cached_property
-    def _recorded(self) -> NDArray[np.bool_]:
+    def _is_sample(self) -> NDArray[np.bool_]:
         """True at samples (R, C, T), False behind the end of runs shorter than the longest."""
         return self._unit_replay.pad_runs([np.ones(len(run.time))] * len(self.noise) for run in self.runs) > 0
 
     def _flatten(self, rows: Array) -> Array:
         """Rows (n, ...) of all runs below each other, from ``rows`` (R, C T, ...) with zeros behind shorter runs."""
         flat = rows.reshape(-1, *rows.shape[2:])
-        return flat if self._recorded.all() else flat[self._recorded.ravel()]
+        return flat if self._is_sample.all() else flat[self._is_sample.ravel()]
 
     def _whiten(self, signals: Array) -> Array:
         """Whitened rows (R, C T, columns) of ``signals`` (R, C, T, columns) in the channels' units."""
@@ -380,8 +380,8 @@ class Histories(BicycleKind, kind="histories"):
             for run in white:  # one after the other: whole copies of all would cost more than the arithmetic
                 run[:, 1:] -= colour * run[:, :-1]
                 run[:, 1:] /= innovation_sd
-        if not self._recorded.all():
-            white *= self._recorded[..., None]
+        if not self._is_sample.all():
+            white *= self._is_sample[..., None]
         return white.reshape(len(white), -1, white.shape[-1])
 
     def _integrate_out(self, free: Array, white: Array, candidates: Candidates, state_sds: Array) -> Marginal:
@@ -529,7 +529,11 @@ class Histories(BicycleKind, kind="histories"):
 
     def doubts(self, judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
         """Sentences about channels without a signal, a rider who may steer, and torques read as piecewise constant."""
-        return (*faint_channels(self), *unrecorded_rider(self, judgement), *held_torques(self, judgement, torque))
+        return (
+            *doubt_faint_channels(self),
+            *doubt_unrecorded_rider(self, judgement),
+            *doubt_held_torques(self, judgement, torque),
+        )
 
     @property
     def taken_as_held(self) -> bool:

@@ -26,7 +26,7 @@ FAINT = (
 )
 
 
-def faint_channels(kind: "Histories") -> list[str]:
+def doubt_faint_channels(kind: "Histories") -> list[str]:
     """Sentences, one for each measured channel whose root mean square is below 0.3 sd of its noise in every run."""
     sentences = []
     for channel, noise in kind.noise.items():
@@ -36,7 +36,7 @@ def faint_channels(kind: "Histories") -> list[str]:
     return sentences
 
 
-def unrecorded_rider(kind: "Histories", judgement: Judgement) -> list[str]:
+def doubt_unrecorded_rider(kind: "Histories", judgement: Judgement) -> list[str]:
     """Sentence if the cause is unknown and somebody rides whose steering was not recorded; else none."""
     steering_recorded = {STEER, STEER_TORQUE} & {*kind.runs[0].inputs}
     if judgement.verdict.verdict == "unknown" and not nobody_rides(kind.model) and not steering_recorded:
@@ -44,7 +44,7 @@ def unrecorded_rider(kind: "Histories", judgement: Judgement) -> list[str]:
     return []
 
 
-def held_torques(kind: "Histories", judgement: Judgement, torque: Fit | None) -> list[str]:
+def doubt_held_torques(kind: "Histories", judgement: Judgement, torque: Fit | None) -> list[str]:
     """Sentence if torques are taken as held from sample to sample though linear ones fit clearly better; else none.
 
     The model is the final one, or that of the residual ``torque`` if it was fitted.

@@ -376,10 +376,10 @@ class Modal(BicycleKind, kind="modal"):
     @cached_property
     def data(self) -> tuple[Array, Array]:
         """Measured real and imaginary parts (n,), 1/s and rad/s (ratios without unit), and their sd (n,)."""
-        return self._parts[..., 0][self._is_measured], self._parts[..., 1][self._is_measured]
+        return self._measured_parts[..., 0][self._is_measured], self._measured_parts[..., 1][self._is_measured]
 
     @cached_property
-    def _parts(self) -> Array:
+    def _measured_parts(self) -> Array:
         """Measured numbers (m, 3, 2, 2): point; eigenvalue or ratio; real or imaginary part; value or sd. NaN: none."""
         parts = np.full((len(self.points), 1 + len(RATIOS), 2, 2), np.nan)
         for row, p in zip(parts, self.points, strict=True):
@@ -394,7 +394,7 @@ class Modal(BicycleKind, kind="modal"):
     @cached_property
     def _is_measured(self) -> NDArray[np.bool_]:
         """True (m, 3, 2) for each real or imaginary part of eigenvalue and ratios that was measured."""
-        return np.isfinite(self._parts[..., 0])
+        return np.isfinite(self._measured_parts[..., 0])
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
         """Computed parts (n,) of the model with ``candidates`` at ``theta`` (p,), as :attr:`data` has them."""

@@ -43,7 +43,7 @@ class PrescribedSteer(Replay):
         return tuple(SteerSpline.of_run(run, self.steer_noise) for run in self.runs)
 
     @cached_property
-    def _directions(self) -> Array:
+    def _steer_rate_signs(self) -> Array:
         """Sign of the steer rate (R, T), its jumps as smooth as the acceleration is in which they show."""
         runs = zip(self.runs, self._splines, strict=True)
         return self.pad_runs([spline.smoothing @ direction(run)] for run, spline in runs)[:, 0]

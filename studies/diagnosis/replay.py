@@ -387,7 +387,7 @@ class Replay:
         first_push = len(names) + (mistakes.FRICTION in values)
         count = first_push + len(PUSHES) if riding else first_push
         signals = np.zeros((len(gains), len(self.runs), count, self.length))
-        signals[:, :, : len(names)] = (1 + gains[:, None, :, None]) * self._recorded
+        signals[:, :, : len(names)] = (1 + gains[:, None, :, None]) * self._recorded_inputs
         for k, m in zip(*np.nonzero(delays), strict=True):
             for r, run in enumerate(self.runs):
                 delayed = np.interp(run.time - delays[k, m], run.time, run.inputs[names[m]])
@@ -395,7 +395,7 @@ class Replay:
 
         # Dry friction acts against the steer rate.
         if mistakes.FRICTION in values:
-            signals[:, :, len(names)] = -friction[:, None, None] * self._directions
+            signals[:, :, len(names)] = -friction[:, None, None] * self._steer_rate_signs
 
         # The last starts are the weights of the torques of the ride, in their order, each with two courses.
         if starts is None:
@@ -417,12 +417,12 @@ class Replay:
         return array
 
     @cached_property
-    def _recorded(self) -> Array:
+    def _recorded_inputs(self) -> Array:
         """Inputs as they were recorded (R, inputs, T), N m or N, zero behind the end of a run."""
         return self.pad_runs(list(run.inputs.values()) for run in self.runs)
 
     @cached_property
-    def _leaning(self) -> Array:
+    def _cos_lean(self) -> Array:
         """Cosine (T, R) of the lean angle: integral of the roll rate p, its bias and start by the balance of torques.
 
         Of a mass 1 m above the ground, g lean = v yaw rate + dp/dt 1 m; the yaw gyro's own errors change little of it.
@@ -438,7 +438,7 @@ class Replay:
         return np.cos(self.pad_runs([lean(run)] for run in self.runs)[:, 0].T)
 
     @cached_property
-    def _directions(self) -> Array:
+    def _steer_rate_signs(self) -> Array:
         """Expected sign (R, T) of the steer rate, -1 to 1, about 0 where noise hides it."""
         return self.pad_runs([mistakes.direction(run)] for run in self.runs)[:, 0]
 
@@ -485,7 +485,7 @@ class Replay:
             channel = np.moveaxis(y[:, :, c], 2, 0)  # (T, K, R, ...), a view
             further = (1,) * (channel.ndim - 3)
             if mistakes.LEANS in values and name == mistakes.BOX[1]:
-                channel *= self._leaning.reshape(self.length, 1, -1, *further)
+                channel *= self._cos_lean.reshape(self.length, 1, -1, *further)
             if mistakes.LOWPASS.format(name) in values:
                 channel[:] = apply_lowpass(channel, values[mistakes.LOWPASS.format(name)][:, 0], self._steps)
             delay = self._delay_in_samples(name, values)
