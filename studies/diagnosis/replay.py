@@ -182,9 +182,9 @@ class Replay:
         return mistakes.OFFSET in values or mistakes.LEANS in values or any(of_channels)
 
     def _state_derivatives(self, system: Sampled, x: Array, steps: Array) -> Array:
-        """Derivatives (R, C, T, p) of the channels, before their sensors, by the coordinates of bicycles 1 to p.
+        """Derivatives (R, C, T, p) of the channels before sensors, by the p coordinates, at states ``x`` (R, n, T).
 
-        Bicycle 0 is the point itself, with states ``x`` (R, n, T); each other differs by a step (p,) of a coordinate.
+        Bicycle 0 of the ``system`` is the point itself; each other differs from it by the step (p,) of one coordinate.
         """
         first = system.first_bicycle
         h = steps[:, None, None, None]

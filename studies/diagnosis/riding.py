@@ -188,7 +188,7 @@ def posterior_sizes(name: str, times: list[Array], residual: Array, columns: Arr
 
 
 def _trial_frequencies(name: str, time: Array) -> tuple[Array, Array, Array]:
-    """Frequencies (F,), Hz, that are tried, and for each the mean square and the covariance of a course's weights.
+    """Trial frequencies (F,), Hz, and for basis weights the form of the mean square and the covariance's root at each.
 
     With weights w of :func:`basis_courses` (None), k of them: the mean square in the run is w' square w, (F, k, k), and
     w = mixing e, (F, k, j), gives them the covariance of that frequency, the e independent of sd 1.
