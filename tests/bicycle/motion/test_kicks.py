@@ -48,7 +48,7 @@ def test_dry_friction_holds_a_wobble_until_a_kick_frees_it(faq, rubbing):
     assert (kick.mode, kick.follows, kick.within_geometry) == ("wobble", "lasting motion", True)
     assert kick.least == pytest.approx(kick.estimate, rel=0.1)
     page = (Path(__file__).parents[3] / "docs" / "amplitude.md").read_text(encoding="utf-8")
-    assert f"at 10 m/s a kick of {kick.least:.3f} N m s frees it" in page
+    assert f"At 10 m/s an impulse of {kick.least:.3f} N m s starts it" in page
     less, more = swings_after(faq.model, kick, "steer_torque", friction=0.3)
     assert less < 0.1  # degrees; the unstable motion has 0.31
     assert more > 5

@@ -119,7 +119,7 @@ def test_shimmy_beside_what_was_measured():
         swings += (2 * table["acceleration_g"]).tolist()
     assert len(swings) == 12
     assert rises == pytest.approx([70, 53, 39], abs=0.5)  # of the prototype
-    assert "rises by {:.0f}, {:.0f} and {:.0f} %: outside".format(*rises) in PAGE
+    assert "rises by {:.0f}, {:.0f} and {:.0f} %, which is outside".format(*rises) in PAGE
     said = f"{min(hertz):.1f} to {max(hertz):.1f} Hz and {min(swings):.1f} to {max(swings):.1f} g peak to peak"
     assert said in PAGE
     assert (min(hertz) > 5, max(hertz) < 10, min(swings) > 5, 10 < max(swings) < 10.5) == (True,) * 4
