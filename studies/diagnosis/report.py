@@ -20,7 +20,7 @@ from studies.diagnosis.residual_figure import CAPTION, draw_torque
 from studies.inference import RULES, Judgement, Named, Verdict
 from studies.inference.kind import Figure
 from studies.reporting.command_context import made_by
-from studies.reporting.markdown_text import page as html_page
+from studies.reporting.markdown_text import write_page
 from studies.reporting.output import json_text
 from tyre.ground.files import slugs, write_text
 
@@ -42,10 +42,7 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
     for name, file in model_files(models).items():
         write_text(folder / file, models.texts[name])
     text = page(diagnosis, replace(all_findings, failed={**all_findings.failed, **attempt.failed}), captions, models)
-    template = (Path(__file__).parent / "templates" / "page.html.j2").read_text(encoding="utf-8")
-    title = f"What is missing: {diagnosis.kind.name}"
-    html = html_page(template, title=title, text=text, extensions=("tables", "md_in_html"))
-    write_text(folder / "report.html", html)
+    write_page(folder, title=f"What is missing: {diagnosis.kind.name}", text=text, extensions=("tables", "md_in_html"))
 
 
 def draw_all(diagnosis: Diagnosis, findings: Findings, folder: Path, attempt: Attempts | None = None) -> dict[str, str]:

@@ -109,19 +109,19 @@ def html_template(text: str) -> Any:
     return jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(text)
 
 
-def page(template: str, *, title: str, text: str, extensions: Sequence[Any], **settings: Any) -> str:
-    """Fill an HTML ``template`` with the ``title`` and the Markdown ``text`` as ``body``."""
+def page(*, title: str, text: str, extensions: Sequence[Any] = ("tables",)) -> str:
+    """Make the HTML of a report from its ``title`` and its Markdown ``text``; all reports share the style."""
     import jinja2
     import markdown
 
-    body = Markup(markdown.markdown(text, extensions=extensions, **settings))
+    template = resources.files("studies.reporting").joinpath("templates", "report.html.j2").read_text(encoding="utf-8")
+    body = Markup(markdown.markdown(text, extensions=extensions))
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
     return str(environment.from_string(template).render(title=title, body=body))
 
 
-def write_page(folder: Path, *, title: str, text: str) -> Path:
+def write_page(folder: Path, *, title: str, text: str, extensions: Sequence[Any] = ("tables",)) -> Path:
     """Write the Markdown ``text`` of a report as ``folder``/report.html, under a ``title``; return the file."""
-    template = resources.files("studies.reporting").joinpath("templates", "report.html.j2").read_text(encoding="utf-8")
     file = folder / "report.html"
-    write_text(file, page(template, title=title, text=text, extensions=("tables",)))
+    write_text(file, page(title=title, text=text, extensions=extensions))
     return file

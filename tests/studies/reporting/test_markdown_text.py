@@ -2,6 +2,7 @@
 
 import ast
 import html
+import re
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -81,11 +82,22 @@ def test_a_filter_is_that_of_one_template_alone():
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_the_title_of_a_page_is_escaped(name):
-    made = page("<title>{{ title }}</title>{{ body }}", title=name, text="**text**", extensions=())
-    assert made.endswith("</title><p><strong>text</strong></p>")
-    found, text = tags(made)
+    made = page(title=name, text="**text**")
+    head, _, body = made.partition("<body>")
+    assert body.strip().startswith("<p><strong>text</strong></p>")
+    found, text = tags(f"{head[head.index('<title>') : head.index('<style>')]}{body}")
     assert found == ["title", "p", "strong"]
-    assert html.unescape(text) == f"{html.unescape(name)}text"
+    assert "".join(html.unescape(text).split()) == "".join(f"{html.unescape(name)}text".split())
+
+
+def test_all_reports_share_one_style():
+    """One typeface, and figures as wide as the page: a second page template would not know."""
+    templates = [file for file in (ROOT / "studies").rglob("*.html.j2") if "explorer" not in file.parts]
+    assert [file.name for file in templates] == ["report.html.j2"]
+    style = page(title="a", text="b").partition("<style>")[2].partition("</style>")[0]
+    assert re.findall(r"font(?:-family)?: [^;]*(?=sans-serif)", style) == ["font: 16px/1.5 system-ui, "]
+    assert "serif" not in style.replace("sans-serif", "")
+    assert re.search(r"^img { width: 100%;", style, re.MULTILINE)
 
 
 @pytest.mark.parametrize("name", [*HOSTILE, "a`b", "`<script>`", "a``b<script>"])
