@@ -43,7 +43,7 @@ def test_the_counts_of_hands_are_those_of_the_study():
     both = sum(one["onset_and_frequency"] for one in postures)
     spread = [one["steer_over_roll_of_those_5_50_95"] for one in postures]
     text = " ".join(PAGE.split())
-    assert f"Of {3 * study['draws']} drawn on `pista_charlie` {both} meet the first two" in text
+    assert f"Of {3 * study['draws']} parameter samples on `pista_charlie` {both} meet the first two" in text
     assert f"steer is {min(s[0] for s in spread):.0f} to {max(s[2] for s in spread):.0f} times" in text
     assert sum(one["all_three"] for one in postures) == 0
     middle = [one["ranges_of_those_5_50_95"]["rider_hands.grip_stiffness"][1] for one in postures]

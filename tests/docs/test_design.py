@@ -21,5 +21,5 @@ def test_the_example_runs(no_pictures, tmp_path, monkeypatch):
 def test_every_option_and_default_stands_on_the_page():
     assert missing_options("design", PAGE) in ([], ["--out"])
     defaults = {p.name: p.default for p in build().get_command(None, "design").params}
-    assert f"{defaults['samples']} drawn bicycles" in PAGE
+    assert f"{defaults['samples']} parameter samples" in PAGE
     assert f"`--from` ({defaults['low']:g} m/s)" in PAGE

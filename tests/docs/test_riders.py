@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from pages import page
+from pages import missing_options, page, run_page
 
 from bicycle import critical_speeds, load_bicycle
 from bicycle.rider import read_geometry
@@ -18,6 +18,15 @@ def test_the_geometry_file_reads(tmp_path):
     assert read_geometry(file, "drops").values["drop_m"] == 0.18
     hoods = read_geometry(file, "hoods")
     assert (hoods.values["drop_m"], hoods.sd["saddle_distance_m"], hoods.sd["reach_m"]) == (0.05, 0.01, 0.005)
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_the_page_runs_and_shows_what_is_seen(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    seated, steered = run_page(PAGE)
+    assert "front wheel" in seated
+    assert "schwab2013" in steered
+    assert missing_options("rider", PAGE) == []
 
 
 @pytest.mark.parametrize("posture", ["upright", "hoods", "drops"])
