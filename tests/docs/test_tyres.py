@@ -4,7 +4,7 @@ import json
 import tomllib
 
 import pytest
-from pages import page, write_files
+from pages import page, run_page, write_files
 
 from bicycle.effects import registry
 from bicycle.model import read_model
@@ -16,6 +16,12 @@ PAGE = page("tyres")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     return write_files(PAGE, tmp_path_factory.mktemp("page"))
+
+
+def test_the_commands_of_the_page_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (shown,) = run_page(PAGE)
+    assert "example.tir" in shown
 
 
 def test_the_examples_are_tyres_under_a_bicycle(folder):
