@@ -193,9 +193,9 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
     """Yield the name of what is varied, and both of its ends."""
     base = in_reference_world(settings, focus)
     ranges = settings.ranges
-    yield "hands", {"off the bar": base, "on the bar": base.vary(arms=settings.arms)}
+    yield "hands off/on", {"off": base, "on": base.vary(arms=settings.arms)}
     if front := base.setup.front:
-        yield "front", {"flexible": base, "rigid": base.vary(front=None)}
+        yield "front frame flexible/rigid", {"flexible": base, "rigid": base.vary(front=None)}
         front_ranges = [
             ("stiffness", ranges.stiffness, "N m/rad"),
             ("damping", ranges.damping, "N m s/rad"),
@@ -221,7 +221,7 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
     postures = _postures(settings, focus)
     if len(postures) > 1:
         first, last = next(iter(postures)), next(reversed(postures))
-        yield "posture of the rider", {first: postures[first], last: postures[last]}
+        yield "rider posture", {first: postures[first], last: postures[last]}
 
 
 def assumed_of_tyre(settings: Settings, setup: Setup) -> tuple[str, ...]:
@@ -248,8 +248,8 @@ def _postures(settings: Settings, focus: TyreCase) -> Ends:
 
 
 WORDS = {
-    "stiffness": "stiffness of the front", "damping": "damping of the front", "joint_height": "height of its hinge",
-    "friction": "friction of the steering", "camber_share": "camber thrust", "trail": "trail of the tyres",
+    "stiffness": "front-frame stiffness", "damping": "front-frame damping", "joint_height": "front-frame joint height",
+    "friction": "steering friction", "camber_share": "camber stiffness", "trail": "pneumatic trail",
     "twisting": "twisting torque",
 }  # fmt: skip
 EFFECTS = {"trail": TRAIL, "twisting": TWIST, "camber_share": "camber_thrust"}

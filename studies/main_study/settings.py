@@ -213,7 +213,7 @@ class Setup:
     @property
     def label(self) -> str:
         """Name of the world, as a heading."""
-        return f"hands {self.hands}, {self.front_name} front"
+        return f"hands {self.hands}, {self.front_name} front frame"
 
     @property
     def assumed(self) -> bool:
@@ -294,7 +294,7 @@ class Settings:
     def left_out(self) -> tuple[str, ...]:
         """Names of what a model file leaves out of its front and arms, which is assumed."""
         of_front = self.front.defaults if self.front else ()
-        return (*(f"{name} of the front" for name in of_front), *(f"{name} of the arms" for name in self.arms.defaults))
+        return (*(f"front-frame {name}" for name in of_front), *(f"arm {name}" for name in self.arms.defaults))
 
 
 def assumed_front(bicycle: Bicycle) -> Front | None:

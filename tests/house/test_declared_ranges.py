@@ -237,7 +237,7 @@ def test_what_a_model_file_leaves_out_is_assumed_and_drawn_from_the_declared_ran
     file = tmp_path / "model.toml"
     file.write_text(LEAVES_OUT, encoding="utf-8")
     settings = main_study.settings_of(str(file))
-    assert settings.left_out == ("damping of the front", "stiffness of the arms")
+    assert settings.left_out == ("front-frame damping", "arm stiffness")
     assert settings.further == {}
     ranges = settings.ranges
     assert (ranges.damping, ranges.twisting, ranges.arm_stiffness) == ((5.0, 40.0), (2.4, 12.0), (0.0, 30.0))

@@ -73,14 +73,14 @@ def test_what_exists_at_one_pressure_only_has_no_decomposition():
 
 
 ENDS = {
-    "hands": ({"front": FRONT}, {"front": FRONT, "arms": ARMS}),
-    "front": ({"front": FRONT}, {}),
-    "stiffness of the front": ({"front": FRONT | {"stiffness": 2500.0}}, {"front": FRONT | {"stiffness": 1e4}}),
-    "damping of the front": ({"front": FRONT | {"damping": 5.0}}, {"front": FRONT | {"damping": 40.0}}),
-    "height of its hinge": ({"front": FRONT | {"height": 0.55}}, {"front": FRONT | {"height": 0.75}}),
-    "friction of the steering": ({"front": FRONT}, {"front": FRONT, "steer_damper": {"damping": 1.0}}),
-    "camber thrust": ({"front": FRONT, "camber": 0.43}, {"front": FRONT, "camber": 0.94}),
-    "trail of the tyres": ({"front": FRONT, "trail": 0.012}, {"front": FRONT, "trail": 0.026}),
+    "hands off/on": ({"front": FRONT}, {"front": FRONT, "arms": ARMS}),
+    "front frame flexible/rigid": ({"front": FRONT}, {}),
+    "front-frame stiffness": ({"front": FRONT | {"stiffness": 2500.0}}, {"front": FRONT | {"stiffness": 1e4}}),
+    "front-frame damping": ({"front": FRONT | {"damping": 5.0}}, {"front": FRONT | {"damping": 40.0}}),
+    "front-frame joint height": ({"front": FRONT | {"height": 0.55}}, {"front": FRONT | {"height": 0.75}}),
+    "steering friction": ({"front": FRONT}, {"front": FRONT, "steer_damper": {"damping": 1.0}}),
+    "camber stiffness": ({"front": FRONT, "camber": 0.43}, {"front": FRONT, "camber": 0.94}),
+    "pneumatic trail": ({"front": FRONT, "trail": 0.012}, {"front": FRONT, "trail": 0.026}),
     "twisting torque": ({"front": FRONT, "twisting": 2.4}, {"front": FRONT, "twisting": 12.0}),
     "pressure": ({"front": FRONT}, {"front": FRONT}),
 }
@@ -112,7 +112,7 @@ def test_the_largest_change_of_the_least_damping_comes_first(racing):
     sizes = [abs(one.high.least.damping_ratio - one.low.least.damping_ratio) for one in racing.hinges]
     assert sizes == sorted(sizes, reverse=True)
     assert sizes == pytest.approx([one.size for one in racing.hinges])
-    assert racing.hinges[0].what == "front"
+    assert racing.hinges[0].what == "front frame flexible/rigid"
 
 
 def test_size_where_wobble_is_no_oscillation_at_an_end(racing):
@@ -128,7 +128,7 @@ def test_what_the_file_gives_or_has_once_is_not_varied():
     settings = small(further=given, speeds=small().speeds[::4])
     (case,) = chosen(settings, {"Tyre1 flat": (5.5,)}).studied
     found = {one.what for one in main_study.hinges(settings, [case], case)}
-    assert found == set(ENDS) - {"camber thrust", "friction of the steering", "pressure"}
+    assert found == set(ENDS) - {"camber stiffness", "steering friction", "pressure"}
 
 
 def test_lag_trail_and_string_side_by_side():

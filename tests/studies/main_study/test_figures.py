@@ -19,7 +19,7 @@ def test_the_headline_shows_growth_with_relaxation_lengths_and_the_unstable_spee
     main_study.draw_headline(racing, tmp_path / "f")
     growth, bars = canvases[0].axes[:2]
     assert canvases[0].get_suptitle() == "a Pista track bicycle with a rider in the drops on Tyre1 flat"
-    assert growth.get_title(loc="left") + growth.get_title() == "hands off, flexible front (assumed)"
+    assert growth.get_title(loc="left") + growth.get_title() == "hands off, flexible front frame (assumed)"
     results = racing.results_of(reference, "Tyre1 flat")
     drawn = [line for line in growth.lines if line.get_linestyle() == "-" and len(line.get_xdata()) > 2]
     for line, result in zip(drawn, results, strict=True):
@@ -59,7 +59,7 @@ def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canva
     panels = {axes.get_title(): axes for axes in canvases[0].axes}
     assert list(panels) == [setup.label for setup in racing.settings.setups]
     heights = {}
-    for line in panels["hands off, flexible front"].lines:  # weave, capsize and both ends of unstable wobble
+    for line in panels["hands off, flexible front frame"].lines:  # weave, capsize and both ends of unstable wobble
         if len(line.get_xdata()) == 1 and line.get_marker() not in ("", "None", "|"):
             heights.setdefault(line.get_color(), set()).add(round(float(line.get_ydata()[0]) % 1, 3))
     assert len(heights) == 3
@@ -101,4 +101,4 @@ def test_the_amplitudes_are_those_of_both_ends_of_pressure(racing, canvases, tmp
         top = max(path.vertices[:, 1].max() for path in band.get_paths())
         assert top == pytest.approx(max(trace.amplitude.max() for trace in one.traces) / 0.8, rel=1e-9)  # D = 1
     assert [text.get_text() for text in canvases[0].legends[0].texts][:2] == ["3.5 bar", "7.5 bar"]
-    assert axes.get_title(loc="left") + axes.get_title() == "hands off, flexible front (assumed)"
+    assert axes.get_title(loc="left") + axes.get_title() == "hands off, flexible front frame (assumed)"

@@ -14,7 +14,8 @@ from tyre.ground import InputError
 def test_four_worlds_and_the_first_is_the_one_of_the_question():
     settings = small()
     assert [setup.label for setup in settings.setups] == [
-        "hands off, flexible front", "hands on, flexible front", "hands off, rigid front", "hands on, rigid front"
+        "hands off, flexible front frame", "hands on, flexible front frame",
+        "hands off, rigid front frame", "hands on, rigid front frame",
     ]  # fmt: skip
     assert settings.setups[0] == settings.reference
     assert {setup.camber_share for setup in settings.setups} == {0.65}
@@ -102,7 +103,7 @@ def test_no_front_is_assumed_for_a_cargo_bicycle():
     long_john = load_bicycle("rigid_rider").replace(w=1.95, rF=0.25)
     assert main_study.assumed_front(long_john) is None
     worlds = main_study.Settings(long_john, front=None).setups
-    assert [one.label for one in worlds] == ["hands off, rigid front", "hands on, rigid front"]
+    assert [one.label for one in worlds] == ["hands off, rigid front frame", "hands on, rigid front frame"]
     assert all(main_study.assumed_front(load_bicycle(name)) for name in available_bicycles())
 
 

@@ -56,13 +56,13 @@ def test_a_case_that_cannot_be_computed_in_a_world_is_left_out_and_told(failing,
     cases = chosen(settings, {"Tyre1 flat": (3.5, 7.5)}, ["x: y"])
     failing(lambda case, setup: setup == settings.setups[3] and case.condition == "3.5 bar")
     found = main_study.run_study(settings, cases=cases)
-    assert found.left_out == ("x: y", "Tyre1 flat, 3.5 bar, hands on, rigid front: no such model")
+    assert found.left_out == ("x: y", "Tyre1 flat, 3.5 bar, hands on, rigid front frame: no such model")
     assert len(found.results) == 7
     assert found.result(settings.setups[3], found.cases[0]) is None
     assert [d.setup for d in found.decompositions] == list(settings.setups[:3])
     main_study.write_report(found, tmp_path)
     text = read_report(tmp_path)
-    assert "- Tyre1 flat, 3.5 bar, hands on, rigid front: no such model" in text
+    assert "- Tyre1 flat, 3.5 bar, hands on, rigid front frame: no such model" in text
     assert "Not all four worlds could be computed." in text
     main_study.write_tables(found, tmp_path)
     main_study.draw_critical_speeds(found, tmp_path / "f")
@@ -150,5 +150,6 @@ def test_a_tyre_called_like_a_script_stays_text(heavy, tmp_path):
     study = replace(heavy, cases=cases, focus=replace(heavy.focus, name=hostile), results=renamed(heavy.results),
                     plausible=renamed(heavy.plausible), left_out=(f"{hostile}: gone",))  # fmt: skip
     text = main_study.write_report(study, tmp_path)[1].read_text(encoding="utf-8")
-    assert "<script" not in text
+    assert "<script>alert" not in text
+    assert text.count("<script") == 1  # that of the page
     assert text.count("&lt;script&gt;alert(1)") > 5
