@@ -78,13 +78,13 @@ def test_the_main_study_takes_its_numbers_from_the_table():
 
 
 ROWS = {
-    "stiffness": ("stiffness of the front", 1.0),
-    "damping": ("its damping", 1.0),
-    "trail": ("trail of the tyre", 1e-3),
-    "twisting": ("its twisting torque", 1.0),
+    "stiffness": ("front-frame stiffness", 1.0),
+    "damping": ("front-frame damping", 1.0),
+    "trail": ("pneumatic trail", 1e-3),
+    "twisting": ("twisting torque", 1.0),
     "arm_inertia": ("arms: inertia at the steering", 1.0),
     "joint_z": ("height of its hinge on the steer axis", -1.0),
-    "friction": ("friction of the steering, as damping", 1.0),
+    "friction": ("steering friction, as damping", 1.0),
 }
 """Number of the study -> its row on the page, and the unit of the page in SI (z is down)."""
 
