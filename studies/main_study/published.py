@@ -18,15 +18,16 @@ class Shown(NamedTuple):
     name: str  # in words
     unit: str  # empty: a ratio or a share
     digits: str  # format of its numbers
+    scale: float = 1.0  # of its numbers, before they are printed
 
 
 QUANTITIES = {
     "wobble_frequency_Hz": Shown("wobble frequency", "Hz", ".1f"),
     "onset_m_s": Shown("onset of unstable wobble", "m/s", ".1f"),
     "end_m_s": Shown("end of unstable wobble", "m/s", ".1f"),
-    "steer_over_roll": Shown("steer over roll in wobble", "", ".1f"),
-    "frequency_change": Shown("change of wobble's frequency, 3 to 20 m/s", "", ".0%"),
-    "weave_shift_m_s": Shown("weave speed, change with pressure", "m/s", ".3f"),
+    "steer_over_roll": Shown("ratio of steer to roll in wobble", "", ".1f"),
+    "frequency_change": Shown("change of wobble frequency, 3 to 20 m/s", "%", ".0f", 100.0),
+    "weave_shift_m_s": Shown("change of weave speed with pressure", "m/s", ".3f"),
     "cornering_stiffness_over_load_per_deg": Shown("cornering stiffness over load", "1/deg", ".2f"),
     "camber_stiffness_over_load_per_deg": Shown("camber stiffness over load", "1/deg", ".4f"),
     "relaxation_length_mm": Shown("relaxation length", "mm", ".0f"),

@@ -28,6 +28,19 @@ from studies.uncertainty.propagation import Quantity, differs
 from tyre.ground.units import PASCAL_PER_BAR
 
 PACKAGE = "studies.main_study"
+SAMPLED = {
+    "stiffness": ("front-frame stiffness", "N m/rad"),
+    "damping": ("front-frame damping", "N m s/rad"),
+    "hinge": ("shift of the front-frame joint height", "m"),
+    "friction": ("additional steering friction", "N m s/rad"),
+    "camber_share": ("camber stiffness", "× load"),
+    "trail": ("pneumatic trail", "m"),
+    "twisting": ("twisting torque", "N m/rad"),
+    "arm_inertia": ("arm inertia", "kg m²"),
+    "arm_stiffness": ("arm stiffness", "N m/rad"),
+    "arm_damping": ("arm damping", "N m s/rad"),
+}
+"""Name and unit of each of the :class:`~studies.main_study.settings.Ranges`."""
 
 
 def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tuple[Study, str, Path]:
@@ -100,12 +113,26 @@ def facts(study: Study) -> dict[str, Any]:
         "checked": rows,
         "not_linear": [row for row in rows if not is_linear(row.quantity)],
         "ranges": vars(settings.ranges),
+        "sampled": _list_sampled(study),
         "assumed_stiffness_sd": CORNERING_STIFFNESS,
         "length_sds": [at.relaxation_length_sd for case in study.cases for at in case.wheels],  # m
         "extrapolated": extrapolated,
         "guessed": list(dict.fromkeys(case.name for case in study.cases if case.out_of_reach)),
         "notes": list(dict.fromkeys(notes)),
     }
+
+
+def _list_sampled(study: Study) -> list[tuple[str, tuple[float, float], str]]:
+    """List name, range and unit of each assumed or stated value that the samples vary."""
+    settings = study.settings
+    fixed = {"trail", "twisting", "camber_share"} - set(study.assumed_of_tyre)
+    units = {name: unit for name, (_, unit) in SAMPLED.items()}
+    if "camber_thrust" in settings.further:
+        fixed.discard("camber_share")
+        units["camber_share"] = "× that of the model file"
+    if settings.front is None:
+        fixed |= {"stiffness", "damping", "hinge", "friction"}
+    return [(SAMPLED[name][0], ends, units[name]) for name, ends in vars(settings.ranges).items() if name not in fixed]
 
 
 class CheckRow(NamedTuple):
@@ -253,7 +280,7 @@ def _other_crossings(study: Study) -> Iterator[OtherCrossing]:
             yield OtherCrossing(setup, mode.replace("_", " "), state, speeds, len(cases), len(results))
         never = sum(never_stable(r, limit) for r in results)
         if never:
-            yield OtherCrossing(setup, "all together", "stable", [], never, len(results))
+            yield OtherCrossing(setup, "all modes", "stable", [], never, len(results))
 
 
 def like(value: float, sd: float) -> str:
@@ -287,9 +314,14 @@ def like_or_below(value: float, sd: float) -> str:
     return text if float(text) else f"below {like(sd, sd)}"
 
 
-def published_range(ends: Sequence[float], shown: Shown, endless: str) -> str:
-    """Print the ``ends`` of a range with the unit of their quantity, and ``endless`` for an infinite one."""
-    return f"{span_of(ends, shown.digits).replace('inf', endless)} {shown.unit}".strip()
+def published_range(ends: Sequence[float], shown: Shown, limit: float | None = None) -> str:
+    """Print the ``ends`` of a range with the unit of their quantity; an infinite one lies beyond the ``limit``."""
+    low, high = (f"{shown.scale * end:{shown.digits}}" for end in ends)
+    if math.isfinite(ends[1]):
+        numbers = low if low == high else f"{low} to {high}"
+    else:
+        numbers = f">{low}" if limit is None else f"{low} to >{limit:g}"
+    return f"{numbers} {shown.unit}".strip()
 
 
 def signed_percent(share: float, digits: str) -> str:

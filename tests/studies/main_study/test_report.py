@@ -62,7 +62,7 @@ def test_every_picture_and_table_is_on_the_page(written):
 
 
 def test_printed_decomposition_adds_up(racing, written):
-    rows = [row for k in (0, 1) for row in table(written[0], "### Relaxation length or", k)]
+    rows = [row for k in (0, 1) for row in table(written[0], "### Contributions of", k)]
     for row in rows:
         before, after, total, *shares = (Decimal(cell) for cell in row[3:])
         assert total == after - before == sum(shares)
@@ -78,10 +78,12 @@ def test_the_answer_comes_first_and_its_rule_after_the_figure(racing, written):
     text, page = written
     answer = re.sub(r"[|\-:\s]+", " ", main_study.first_screen(racing)).strip()  # without the rules of its table
     assert re.sub(r"[|\-:\s]+", " ", text).strip().startswith(answer)
-    top = text.partition("## What it hinges on")[0]
-    assert '"Yes" needs that one way in a world' in top
-    assert "in 90 % of the plausible bicycles" in top
-    assert page.index("<h1") < page.index("<table>") < page.index("headline.png") < page.index("What it hinges on")
+    top = text.partition("## One-at-a-time sensitivity")[0]
+    assert '"Yes" requires one direction in all cases that change' in top
+    assert "and in 90 % of the samples" in top
+    assert (
+        page.index("<h1") < page.index("<table>") < page.index("headline.png") < page.index("One-at-a-time sensitivity")
+    )
 
 
 def test_bands_have_their_sd_or_where_that_is_not_valid_the_interval_of_the_draws(racing, report):
@@ -99,31 +101,30 @@ def test_bands_have_their_sd_or_where_that_is_not_valid_the_interval_of_the_draw
     alike = np.tile([-1.0, 1.0], 200)
     cell, told = row(*alike)
     assert cell.startswith(f"{band.start.speed:.1f}"[:3])
-    assert "±" in cell.partition("–")[0]
-    assert "The linear one is not valid" not in told
+    assert "±" in cell.partition(" to ")[0]
+    assert "The linear standard uncertainty is not valid" not in told
     cell, told = row(*(3 * alike))
     at = band.start.speed
-    assert cell.partition(" – ")[0] == f"{at:.1f} ({at - 3:.1f} to {at + 3:.1f})"
-    assert "The linear one is not valid for wobble unstable above at 3.5 bar: there the interval" in told
-    assert "±" not in row(*alike[:-1], np.nan)[0].partition("–")[0]  # some draws have lost the edge
+    assert cell.partition(") to ")[0] == f"{at:.1f} ({at - 3:.1f} to {at + 3:.1f}"
+    assert "The linear standard uncertainty is not valid for wobble unstable above at 3.5 bar: use the interval" in told
+    assert "±" not in row(*alike[:-1], np.nan)[0].partition(") to ")[0]  # some draws have lost the edge
 
     # a result of another process is another object; where the linear one fails, no other row has it either
     samples = at + 3 * alike
     q = Quantity("wobble unstable above", "m/s", at, np.array([0.6, 0.8]), {}, samples, identity)
     rows = table(report(replace(racing, checks=(main_study.Check(replace(result), (q,)),))), "### Unstable wobble")
-    starts = [row[2].partition(" – ")[0] for row in rows]
-    assert starts[0] == f"{at:.1f} ({at - 3:.1f} to {at + 3:.1f})"
-    assert all(re.fullmatch(r"[\d.]+|none", start) for start in starts[1:])
+    assert rows[0][2].partition(") to ")[0] == f"{at:.1f} ({at - 3:.1f} to {at + 3:.1f}"
+    assert all(re.fullmatch(r"[\d.]+|none", row[2].partition(" to ")[0]) for row in rows[1:])
 
 
 def test_what_is_known_together_is_not_called_independent(racing, report):
-    assert "All numbers of the bicycle are taken as independent" in report(racing)
+    assert "All parameters of the bicycle are treated as independent" in report(racing)
     bicycle = racing.settings.bicycle
     joint = ParameterCovariance(("mB", "zB"), np.array([[1.0, 0.01], [0.01, 0.0004]]))
     together = replace(bicycle, sd={}, covariance=joint)
     told = report(replace(racing, settings=replace(racing.settings, bicycle=together)))
-    assert "2 numbers of the bicycle are known together ([covariance] of its file: mB, zB)" in told
-    assert "All numbers of the bicycle are taken" not in told
+    assert "2 parameters of the bicycle are correlated ([covariance] of its file: mB, zB)" in told
+    assert "All parameters of the bicycle are treated" not in told
 
 
 def test_the_sentence_about_the_lag_says_only_what_the_lag_does(racing, written):
@@ -131,7 +132,7 @@ def test_the_sentence_about_the_lag_says_only_what_the_lag_does(racing, written)
     first = racing.contact_models[0]
     lag, trailing, string = (one.least.damping_ratio for one in (first.lag, first.trailing, first.string))
     assert trailing - lag < 2 * (string - trailing) < 0
-    assert f"the trail changes the least damping ratio by {trailing - lag:+.3f}," in written[0]
+    assert f"the pneumatic trail changes the minimum damping ratio by {trailing - lag:+.3f}," in written[0]
     assert f"a single lag in place of the string's by {trailing - string:+.3f}." in written[0]
 
 
@@ -150,21 +151,22 @@ def test_extrapolation_is_said(heavy, report, written):
     text = report(heavy)
     assert "- Tyre1 flat, rear wheel at 613 N, 3.5 bar\n" in text
     assert all(row[-1] == "yes" for row in table(text, "### Unstable wobble"))
-    assert "is a guess" not in text
-    assert "Nothing is extrapolated: wheel loads and" in written[0]
+    assert "These values are guesses" not in text
+    assert "Nothing is extrapolated: wheel loads and pressures are inside" in written[0]
     far = replace(heavy, cases=tuple(replace(case, out_of_reach=True) for case in heavy.cases))
-    assert "Of Tyre1 flat some loads or pressures are farther outside" in report(far)
+    assert "Tyre1 flat: some loads or pressures are outside the measured range by more than its width. " in report(far)
+    assert "These values are guesses." in report(far)
 
 
 def test_assumptions_are_named_and_what_is_given_is_not_one(racing, heavy, report, written):
-    told = written[0].partition("## What is assumed")[2]
+    told = written[0].partition("## Assumptions")[2]
     for words in (
-        "Flexible front, assumed (of no bicycle was it measured): a hinge 0.65 m",
-        "Hands on the bar, assumed: 0.1 kg m²",
-        "Of the tyre, assumed: camber stiffness 0.65 × ",
-        "3 mm is one standard deviation",
-        "Of the tyre, assumed: trail 0.017 m; published 0.012 to 0.026",
-        "stiffness 2500 to 10000", "one rigid body",
+        "Front frame, assumed (measured on no bicycle): joint 0.65 m",
+        "Hands on, assumed: inertia 0.1 kg m²",
+        "Tyre, assumed: camber stiffness 0.65 × ",
+        "3 mm is one standard uncertainty",
+        "Tyre, assumed: pneumatic trail 0.017 m; published 0.012 to 0.026 m",
+        "front-frame stiffness 2500 to 10000 N m/rad; ", "one rigid body",
     ):  # fmt: skip
         assert words in told
     given = replace(
@@ -173,13 +175,15 @@ def test_assumptions_are_named_and_what_is_given_is_not_one(racing, heavy, repor
     )  # fmt: skip
     worlds = dict(zip(racing.settings.setups, given.setups, strict=True))
     results = tuple(replace(r, setup=worlds[r.setup]) for r in racing.results)
-    told = report(replace(racing, settings=given, results=results)).partition("## What is assumed")[2]
-    assert "as the model file gives it: a hinge 0.65 m above the ground, 4000 N m/rad" in told
-    assert "Hands on the bar, as the model file gives them" in told
-    assert "pneumatic_trail as the model file gives it." in told
-    assert "assumed: trail" not in told
+    told = report(replace(racing, settings=given, results=results)).partition("## Assumptions")[2]
+    assert "from the model file: joint 0.65 m above the ground, stiffness 4000 N m/rad" in told
+    assert "Hands on, from the model file" in told
+    assert "pneumatic_trail: from the model file." in told
+    assert "assumed: pneumatic trail" not in told
+    assert "pneumatic trail 0.0" not in told  # nor is it varied
+    assert "camber stiffness 0.8 to 1.25 × that of the model file" in told
     assert "assumed: camber" not in told
-    assert "stiffness 3200 to 5000" in told
+    assert "front-frame stiffness 3200 to 5000 N m/rad" in told
 
 
 def test_numbers_have_the_digits_of_their_sd():
@@ -210,22 +214,30 @@ def test_a_check_that_fails_is_said_and_costs_nothing(racing, monkeypatch, resul
 
 
 def test_how_large_wobble_gets_is_that_of_both_pressures(racing, heavy, report, written):
-    told = written[0].partition("## How large it gets")[2]
-    for one in racing.amplitudes:
+    rows = table(written[0], "## Amplitude of wobble")
+    assert len(rows) == len(racing.amplitudes)
+    for one, row in zip(racing.amplitudes, rows, strict=True):
         largest, at, low = one.wobble.largest, one.wobble.at, one.wobble.low
-        line = (
-            f"{one.case.condition}: {largest:.1f}° at the bar, largest at {at:.1f} m/s, between {low:.1f} and 30.0 m/s"
-        )
-        assert line in told
+        end = ">30" if one.wobble.high == 30.0 else f"{one.wobble.high:.1f}"
+        assert row == [one.case.condition, f"{largest:.1f}°", f"{at:.1f}", f"{low:.1f} to {end}"]
         onset = racing.result(racing.settings.reference, one.case).span(30.0).low
         assert low == pytest.approx(onset, rel=1e-6)
-    assert "(amplitude.png)" in told
-    none = report(heavy).partition("## How large it gets")[2]
-    assert "3.5 bar: none at the bar. 7.5 bar: none at the bar." in none
+    assert "(amplitude.png)" in written[0]
+    none = report(heavy)
+    assert table(none, "## Amplitude of wobble") == [["3.5 bar", "none", "-", "-"], ["7.5 bar", "none", "-", "-"]]
     assert "(amplitude.png)" not in none
     refused = replace(racing, amplitudes=(main_study.Amplitude(racing.amplitudes[0].case, refused="leave out drag"),))
     assert "wobble at the bar" not in main_study.first_screen(refused)
-    assert "3.5 bar: not known at the bar. Not known: leave out drag." in report(refused)
+    told = report(refused)
+    assert table(told, "## Amplitude of wobble") == [["3.5 bar", "not known", "-", "-"]]
+    assert "Not known: leave out drag." in told
     larger = racing.amplitudes[0].wobble._replace(followed=False)
     more = replace(racing, amplitudes=(replace(racing.amplitudes[0], wobble=larger),))
-    assert f"3.5 bar: {larger.largest:.1f}° or more at the bar" in report(more)
+    assert table(report(more), "## Amplitude of wobble")[0][1] == f"{larger.largest:.1f}° or more"
+
+
+def test_the_page_is_short_before_its_appendix(written, heavy, report):
+    for text in (written[0], report(heavy)):
+        before, appendix = text.split("\n## Appendix\n")
+        assert len(before.split()) <= 1200
+        assert len(appendix.split()) > 100
