@@ -59,7 +59,11 @@ def test_wavelengths_of_the_tutorials_bicycle(tmp_path, monkeypatch, capsys):
     length = vt.read_tyre("Tyre1").at(load=front, pressure=6e5).relaxation_length
     found = vt.critical_speeds(vt.read_model("model.toml"))
     weave, begins, _, ends, _ = found
-    for start, one in (("weave, where", weave), ("wobble, where it begins", begins), ("wobble, where it ends", ends)):
+    for start, one in (
+        ("weave, becomes", weave),
+        ("wobble, becomes unstable", begins),
+        ("wobble, becomes stable", ends),
+    ):
         _, at, wave, lengths = row(start)
         speed, frequency = (float(number) for number in re.findall(r"[\d.]+", at))
         assert speed == pytest.approx(one.speed, rel=0.02)
