@@ -51,7 +51,7 @@ class ModeEvent:
         sentence = {
             "merge": "two real roots of {modes} meet at {root:.4g} 1/s and become the pair {pair}",
             "split": "the pair {pair} splits at {root:.4g} 1/s into two real roots of {modes}",
-            "exchange": "{modes} exchange character",
+            "exchange": "{modes} veer; their labels swap",
             "switch": "the equations switch and the roots of {modes} jump",
         }[self.kind]
         message = sentence.format(modes=" and ".join(self.modes), root=self.eigenvalue, pair="+".join(self.pair))

@@ -126,12 +126,12 @@ class Asked:
         masses = {"mF": ("front-wheel-mass", self.front_wheel_mass), "mH": ("fork-mass", self.fork_mass)}
         for key, (option, value) in masses.items():
             if value is not None and not 0.02 * self.mass < value < 0.5 * self.mass:
-                raise InputError(f"--{option} {value:g} kg is no such part of a bicycle of {self.mass:g} kg")
+                raise InputError(f"--{option} {value:g} kg is outside 2 to 50 % of the bicycle mass, {self.mass:g} kg")
             if value is not None:
                 weighed[key] = (scaled.feature(key, value, q), DEFAULTS[key][0])
         if self.front_wheel_inertia is not None:
             if self.front_wheel_mass is None:
-                raise InputError("--front-wheel-inertia goes with --front-wheel-mass; weigh the wheel too")
+                raise InputError("--front-wheel-inertia needs --front-wheel-mass; weigh the wheel too")
             share = self.front_wheel_inertia / self.front_wheel_mass / q.rF**2
             if not 0.2 < share <= 1:
                 raise InputError(
@@ -216,7 +216,7 @@ def _rider(measurements: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, 
     if measurements.rider_height is None and measurements.rider_mass is None:
         return None, {}
     if measurements.rider_height is None or measurements.rider_mass is None:
-        raise InputError("--rider-height and --rider-mass go together; leave both out for a bicycle without rider")
+        raise InputError("--rider-height and --rider-mass need each other; omit both for a bicycle without rider")
     from bicycle.rider.rider_body import scaled_rider
     from bicycle.rider.rider_frame import rider_on_bicycle
     from bicycle.rider.rider_posture import SeatGeometry
@@ -231,7 +231,7 @@ def _rider(measurements: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, 
 def _placed_rider(measurements: Asked) -> RigidBody:
     """The rider by mass, place and perhaps inertia, which count as exact."""
     if measurements.rider_place is None or measurements.rider_mass is None or measurements.rider_height is not None:
-        raise InputError("--rider-place and --rider-inertia go with --rider-mass and without --rider-height")
+        raise InputError("--rider-place and --rider-inertia need --rider-mass and exclude --rider-height")
     entry: dict[str, Any] = {"mass": measurements.rider_mass, "place": list(measurements.rider_place), "name": "rider"}
     inertia = {} if measurements.rider_inertia is None else {"inertia": list(measurements.rider_inertia)}
     return read_body(entry | inertia)
@@ -318,8 +318,8 @@ def _sds(bicycle: Bicycle, spread: Bicycle) -> tuple[float, float]:
     return sds[0], sds[1]
 
 
-def file_text(guessed: OwnBicycle, measurements: Asked, command: str) -> str:
-    """Text of the bicycle's file."""
+def file_text(guessed: OwnBicycle, measurements: Asked, command: str, model_file: str) -> str:
+    """Text of the bicycle's file, which names the ``command`` that wrote it and the model file to go on with."""
     matrix = guessed.bicycle.covariance.matrix
     sd = np.sqrt(np.diag(matrix))
     values, vectors = np.linalg.eigh(matrix / np.outer(sd, sd))
@@ -333,6 +333,7 @@ def file_text(guessed: OwnBicycle, measurements: Asked, command: str) -> str:
         "asked": measurements,
         "forks": forks,
         "command": command,
+        "model_file": model_file,
         "units": UNITS,
         "makes": len(set(scaled.MAKES.values())),
         "frames": len(scaled.MAKES),
@@ -342,3 +343,25 @@ def file_text(guessed: OwnBicycle, measurements: Asked, command: str) -> str:
         "sd": exact,
     }
     return render_file("studies.reporting", "own_bicycle.toml.j2", content, escaped=False)
+
+
+def model_text(guessed: OwnBicycle, bicycle_file: str, file: str) -> str:
+    """Text of a model ``file``: the bicycle of ``bicycle_file`` on a measured tyre, with a flexible front frame.
+
+    A bicycle unlike those whose front frames were measured has a rigid one.
+
+    Stiffness and damping of the front frame are left at their defaults, so that every command knows them as assumed.
+    """
+    bicycle, front = guessed.bicycle, assumed_front(guessed.bicycle)
+    effect = effect_class("front_compliance")
+    ends = {"stiffness": LIMITS.stiffness, "damping": LIMITS.damping}
+    content = {
+        "bicycle": bicycle,
+        "bicycle_file": bicycle_file,
+        "file": file,
+        "limits": LIMITS,
+        "loads": bicycle.static_loads,
+        "hinge": front and {"joint_x": front.hinge_x(bicycle.values), "joint_z": -front.joint_height},
+        "unmeasured": [(p, *ends[p.name]) for p in effect.parameters if p.name in ends],
+    }
+    return render_file("studies.reporting", "own_model.toml.j2", content, escaped=False)

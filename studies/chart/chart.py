@@ -265,7 +265,7 @@ def headers(chart: StabilityChart) -> list[str]:
     """Make the headers of :func:`rows`."""
     names = [f"{span.axis.key} {span.axis.unit}".removesuffix(" 1") for span in chart.plane.spans]
     sd = [f"sd {name}, median along it" for name in names] if chart.uncertain else []
-    return ["boundary", "mode", *names, "frequency Hz", *sd, "of a bicycle that is", "remark"]
+    return ["boundary", "mode", *names, "frequency Hz", *sd, "other modes", "remark"]
 
 
 def rows(chart: StabilityChart) -> list[list[Any]]:
@@ -285,7 +285,7 @@ def rows(chart: StabilityChart) -> list[list[Any]]:
                 " / ".join((name or "unknown").replace("+", " or ") for name in boundary.distinct),
                 *(_range(values) for values in (*points.T, boundary.frequency)),
                 *_deviations(chart, boundary),
-                "stable" if stable == 1 else "unstable anyhow" if stable == 0 else f"stable on {stable:.0%} of it",
+                "stable" if stable == 1 else "unstable" if stable == 0 else f"stable along {100 * stable:.0f} %",
                 remark,
             ]
         )

@@ -43,3 +43,4 @@ def command(chosen: ChosenModel, max_speed: float, csv_file: str | None, json_fi
             if speeds:
                 output.print_exchanges({name: models[name]}, max(critical.speed for critical in speeds))
         output.print_named_warnings({name: model.warnings for name, model in models.items()})
+    chosen.note_rigid_front()

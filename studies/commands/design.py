@@ -113,11 +113,12 @@ def command(
         write_json(designs.record(design), json_file)
     if json_file != "-":
         print_table(designs.rows(design), designs.HEADERS)
-        notes = [f"added: [effects.{name}], without influence at its first value" for name in added]
+        notes = [f"added: [effects.{name}], initially neutral" for name in added]
         click.echo("\n".join([*designs.lines(design), *notes]))
         if design.after.kept:
             click.echo(f"written: {out}")
         print_exchanges({"": design.problem.space.linear}, up_to)
     print_warnings([*design.problem.space.linear.warnings, *designs.remarks(design)])
+    chosen.note_rigid_front()
     if not design.after.kept:
         sys.exit(1)

@@ -40,7 +40,9 @@ NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
     show_default=True,
     help="Kind of file: model, of every command; measurement with its table, of diagnose; sensors, of simulate.",
 )
-@click.option("--bicycle", default="benchmark", show_default=True, help="Bicycle of the model: a packaged name.")
+@click.option(
+    "--bicycle", default="benchmark", show_default=True, help="Bicycle of the model: a packaged name or a bicycle file."
+)
 @click.option("--tyre", default="Tyre1", show_default=True, help="Tyre of the model: a packaged name.")
 @click.option("--wheelbase", type=LENGTH_ABOVE_0, help="Wheelbase, m; with the options below: your own bicycle.")
 @click.option("--trail", type=LENGTH, help="Trail, m; or give --fork-offset.")
@@ -88,30 +90,43 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
     unused: tuple[str, ...] = {"model": (), "measurement": ("tyre",)}.get(kind, ("bicycle", "tyre"))
     why = f"is of a model file; leave it out with --kind {kind}"
     if describes_bicycle:
-        unused, why = ("kind", "bicycle", "tyre"), "does not go with a bicycle of yours"
+        unused, why = ("kind", "bicycle", "tyre"), "is not used for your own bicycle; leave it out"
     for option in unused:
         if option in stated_options:
             raise InputError(f"--{option} {why}")
     if describes_bicycle:
-        _write_own_bicycle(target, bicycle_data)
+        _write_own_bicycle(target, bicycle_data, force=force)
         return
     if kind == "sensors":
         _write_sensors(target)
         return
-    if bicycle not in available_bicycles():
+    packaged = bicycle in available_bicycles()
+    if not packaged and (kind == "measurement" or not Path(bicycle).suffix):
         raise InputError(f"--bicycle: {unknown('bicycle', bicycle, available_bicycles())}")
     if kind == "measurement":
         _write_measurement(target, bicycle, force=force)
         return
-    text = example_model(load_bicycle(bicycle), read_tyre(tyre), file=target.name)
-    build_model(tomllib.loads(text))  # refuses what would not run: a tyre far outside its tests, for example
+    place = bicycle if packaged else _near_to(bicycle, target)
+    text = example_model(load_bicycle(bicycle), read_tyre(tyre), file=target.name, place=place)
+    # refuses what does not run: a tyre far outside its tests, for example
+    build_model(tomllib.loads(text), folder=target.parent)
     write_text(target, text)
     click.echo(f"{target}: {bicycle} on {tyre}; next: velotyre modes {quote(str(target))}")
 
 
-def _write_own_bicycle(target: Path, data: dict[str, Any]) -> None:
-    """Write a bicycle of which its owner gives ``data``, option -> value (SI, angles in degrees) or None."""
-    from studies.bicycles.own_bicycle import Asked, file_text, own_bicycle
+def _near_to(bicycle: str, target: Path) -> str:
+    """Name the file of a ``bicycle`` as it is found from the folder of ``target``."""
+    import os
+
+    try:
+        return Path(os.path.relpath(bicycle, target.parent)).as_posix()
+    except ValueError:  # on another drive
+        return Path(bicycle).resolve().as_posix()
+
+
+def _write_own_bicycle(target: Path, data: dict[str, Any], *, force: bool) -> None:
+    """Write a bicycle and its model; its owner gives ``data``, option -> value (SI, angles in degrees) or None."""
+    from studies.bicycles.own_bicycle import Asked, file_text, model_text, own_bicycle
     from tyre.ground.errors import InputError
     from tyre.ground.files import write_text
 
@@ -119,7 +134,13 @@ def _write_own_bicycle(target: Path, data: dict[str, Any]) -> None:
     if data["trail"] is None and data["fork_offset"] is None:
         missing.append("--trail or --fork-offset")
     if missing:
-        raise InputError(f"a bicycle of yours needs {', '.join(missing)}")
+        raise InputError(f"your own bicycle needs {', '.join(missing)}")
+    model_target = target.with_name(f"{target.stem}_model.toml")
+    if model_target.exists() and not force:
+        raise InputError(
+            f"{model_target} exists, where the model of {target} is written; give --force to overwrite both or another "
+            "name"
+        )
     description = Asked(**data)
     bicycle = own_bicycle(description, target.stem)
     options = []
@@ -127,11 +148,12 @@ def _write_own_bicycle(target: Path, data: dict[str, Any]) -> None:
         if value is not None:
             text = ",".join(f"{number:g}" for number in value) if isinstance(value, tuple) else str(value)
             options.append(f"--{key.replace('_', '-')} {quote(text)}")
-    text = file_text(bicycle, description, f"velotyre new {target.name} {' '.join(options)}")
+    text = file_text(bicycle, description, f"velotyre new {target.name} {' '.join(options)}", model_target.name)
     write_text(target, text)
+    write_text(model_target, model_text(bicycle, target.name, model_target.name))
     head = text.partition("\ndescription = ")[0].rstrip().splitlines()[3:]
     click.echo("\n".join(line.removeprefix("#").removeprefix(" ") for line in head))
-    click.echo(f"{target}: next: velotyre critical {quote(str(target))}")
+    click.echo(f"{target} and {model_target}: next: velotyre critical {quote(str(model_target))}")
 
 
 def _write_sensors(target: Path) -> None:
@@ -154,7 +176,7 @@ def _write_measurement(target: Path, bicycle: str, *, force: bool) -> None:
 
     table_file = target.with_suffix(".csv")
     if table_file.exists() and not force:
-        raise InputError(f"{table_file} exists, where the table of {target} would be; give --force to overwrite both")
+        raise InputError(f"{table_file} exists, where the table of {target} is written; give --force to overwrite both")
     text, table = example_measurement(load_bicycle(bicycle), file=target.name, table=table_file.name)
     write_csv(table_file, table)
     write_text(target, text)

@@ -57,7 +57,7 @@ def command(
     if json_file != "-":
         z = ranking.eigenvalue
         root = f"{z.real:.4g} + {z.imag:.4g}i" if z.imag else f"{z.real:.4g}"
-        click.echo(f"{mode.replace('_', ' ')} at {speed:g} m/s: {root} 1/s; changes for +1 standard deviation each")
+        click.echo(f"{mode.replace('_', ' ')} at {speed:g} m/s: {root} 1/s; changes for +1 standard uncertainty each")
         for real_root in ranking.further_roots:
             click.echo(f"it has another real root here, {real_root:.4g} 1/s, which this does not rank")
         if ranking.meeting:
@@ -74,9 +74,10 @@ def command(
         click.echo(f"all {len(ranking.changes)} parameters together: {ranking.total:.4g} 1/s ({how})")
         if ranking.correlated:
             click.echo(
-                "each alone: a row moves its parameter and holds the others; errors of parameters that were found "
-                "together cancel or add, so the rows do not add up to the total"
+                "a row changes one parameter and holds the others; because of correlations, the rows do not add up to "
+                "the total"
             )
         linear = model.linear_model()
         print_exchanges({"": linear}, max([speed, *ranking.critical_speeds]))
         print_warnings(linear.warnings)
+    chosen.note_rigid_front()

@@ -139,7 +139,7 @@ def _print(uncertainty: "Uncertainty", quantities: "Sequence[Quantity]", notes: 
     for q in quantities:
         cause = max(q.shares, key=lambda name: q.shares[name])
         numbers = [_none_if_nan(number) for number in (q.value, q.linear_sd, q.sampled_sd, *q.band())]
-        rows.append([q.name, q.unit, *numbers, q.lost, f"{cause} {q.shares[cause]:.0%}"])
+        rows.append([q.name, q.unit, *numbers, q.lost, f"{cause} {_percent(q.shares[cause])}"])
     print_table(rows, HEADERS)
     for note in notes:
         click.echo(f"note: {note}")
@@ -163,11 +163,11 @@ def _print_shares(uncertainty: "UncertainModel", quantities: "Sequence[Quantity]
     groups = [group for group in groups if any(shares[group] >= SMALL for shares in shares_of_quantities)]
     if not groups:
         return
-    click.echo("\nshare of the linear variance, by what is uncertain, and of it what is assumed")
+    click.echo("\nshares of the linear variance by group of parameters, and the share that is assumed")
     rows = []
     for q, shares in zip(quantities, shares_of_quantities, strict=True):
         assumed_share = by_group(q.shares, uncertainty.origin).get(ASSUMED, 0.0)
-        rows.append([q.name, *(f"{shares[group]:.0%}" for group in groups), f"{assumed_share:.0%}"])
+        rows.append([q.name, *(_percent(shares[group]) for group in groups), _percent(assumed_share)])
     print_table(rows, ["quantity", *groups, ASSUMED])
 
 
@@ -183,21 +183,25 @@ def _print_joint_measurement(
     if name_group(names) == ", ".join(names) or not affected:  # few enough that the tables above name each
         return
     click.echo(
-        f"\nof {len(names)} numbers known together, what one known exactly would take of the linear variance "
-        "(they tell of each other, so these shares overlap)"
+        f"\nvariance reduction if one parameter were exact, of {len(names)} correlated parameters (linear; the "
+        "reductions overlap)"
     )
     rows = []
     for q in affected:
         leading = list(known_exactly(uncertainty, measurement, q.gradient).items())[:LEADING]
-        rows.append([q.name, *(f"{key} {share:.0%}" for key, share in leading)])
+        rows.append([q.name, *(f"{key} {_percent(share)}" for key, share in leading)])
     print_table(rows, ["quantity", "most", *[""] * (LEADING - 1)])
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"
 
 
 def _print_effects(effects: Mapping[str, tuple[float, float, float]], crossing: str | None) -> None:
     """Print the first-order and total index of each measurement for a critical speed, largest first."""
     from studies.reporting.output import print_table
 
-    click.echo(f"\nwhat would narrow '{crossing}' most (share of its variance that goes if it is measured exactly)")
+    click.echo(f"\nmeasurements that reduce the variance of '{crossing}' (shares removed if one is exact)")
     ranked = sorted(effects.items(), key=lambda item: -item[1][0])
     print_table([[name, *indices] for name, indices in ranked], ["measurement", "first order", "total", "total ± 95 %"])
 

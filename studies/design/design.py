@@ -236,8 +236,9 @@ def _below_amplitude(problem: Problem, stable: Answer, wishes: Wishes) -> tuple[
     best, reached, first = (problem, stable), amplitude(stable.x), amplitude(problem.start)
     if stable.kept and reached > demand.amplitude:
         raise InputError(
-            f"--keep {demand.mode} {demand.amplitude:g}deg: even where it is stable a kick starts a larger motion; "
-            "ask for a damping ratio"
+            f"--keep {demand.mode} {demand.amplitude:g}deg: an impulse starts a larger limit cycle even where it is "
+            f"stable; "
+            "give a damping ratio"
         )
     peak = max((p.excess for p in problem.answer(problem.start, {}).peaks if p.demand == demand), default=0.0)
     growth = max(peak, CLEARLY) * float(np.clip(demand.amplitude / max(first, 1e-9), 0.05, 1.0)) ** 2
@@ -276,7 +277,7 @@ def _repeat_search(problem: Problem, margins: Mapping[Demand, float], seed: int)
         if answer.cost == 0.0 and answer.kept:
             return answer, (1, 1)
     if not answers:
-        raise InputError(f"every search came to numbers that make no bicycle ({refusal}); narrow the --limits")
+        raise InputError(f"every search ended at an impossible bicycle ({refusal}); narrow the --limits")
     best = min(answers, key=lambda answer: answer.rank)
     return best, (sum(answer.kept and answer.cost <= best.cost * 1.001 for answer in answers), len(answers))
 

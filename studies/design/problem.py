@@ -41,7 +41,7 @@ class Demand:
 
     def __str__(self) -> str:
         if self.amplitude:
-            return f"{self.mode} below {self.amplitude:g}° at the bar, with a growth up to {self.growth:.3g} 1/s"
+            return f"{self.mode} below {self.amplitude:g}° steer amplitude, growth rate up to {self.growth:.3g} 1/s"
         return f"{self.mode} stable" if not self.ratio else f"{self.mode} with a damping ratio of {self.ratio:g}"
 
     def excess(self, roots: Any) -> Any:
@@ -76,8 +76,8 @@ def demands(keep: Sequence[tuple[str, str]], ratio: float | None = None) -> tupl
             number = np.nan
         if not 0 <= number < 1:
             raise InputError(
-                f"--keep {mode} {word if word != STABLE else number}: give {STABLE}, a least damping ratio "
-                f"from 0 to below 1, or a largest amplitude at the bar of one mode such as 2deg, up to {most:g}deg"
+                f"--keep {mode} {word if word != STABLE else number}: give {STABLE}, a minimum damping ratio "
+                f"from 0 to below 1, or a maximum steer amplitude of one mode such as 2deg, up to {most:g}deg"
             )
         if mode in by_mode:
             raise InputError(f"--keep {mode} is given twice; keep one")

@@ -12,7 +12,7 @@ from studies.model_space.changed_model import near_to
 from studies.reporting.markdown_text import render_file
 
 DESCRIPTION = "{} Changed by velotyre design: {}."
-HEADERS = ["parameter", "unit", "now", "design", "change", "counts as 1", "limits", ""]
+HEADERS = ["parameter", "unit", "now", "design", "change", "unit of cost", "limits", ""]
 
 
 def rows(design: Design) -> list[list[Any]]:
@@ -44,7 +44,7 @@ def rows(design: Design) -> list[list[Any]]:
 
 
 def lines(design: Design) -> list[str]:
-    """Lines on what the design does, what binds and how sure it is."""
+    """Lines on what the design does, its active constraints and its robustness."""
     by_demand = {demand: [p for p in design.after.peaks if p.demand == demand] for demand in design.problem.demands}
     before = {p.demand: p.root.real for p in sorted(design.before.peaks, key=lambda p: p.root.real)}  # the last stays
     reached = {demand: max(peaks, key=lambda p: p.excess) for demand, peaks in by_demand.items() if peaks}
@@ -59,8 +59,12 @@ def remarks(design: Design) -> list[str]:
 
 def _render(name: str, design: Design, **more: Any) -> list[str]:
     content = {"design": design, "problem": design.problem, "after": design.after, **more}
-    filters = {"hertz": lambda root: abs(float(frequency_hz(root))), "ratio": damping_ratio}
+    filters = {"hertz": lambda root: abs(float(frequency_hz(root))), "ratio": damping_ratio, "percent": _percent}
     return render_file("studies.design", f"{name}.txt.j2", content, escaped=False, filters=filters).splitlines()
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
 
 
 def model_text(design: Design, folder: Path, what: str) -> str:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from bicycle.model.model import Model
     from bicycle.model.state_space import LinearModel
 
+WHIPPLE = "wheels without slip (Whipple model); add measured tyres with --tyre NAME --pressure BAR (velotyre tyres)"
+RIGID = "note: the front frame is rigid; wobble needs front-frame compliance to be judged ([effects.front_compliance])"
 MATRICES = "matrices"  # key of a content that is a file of canonical matrices
 LAWS = ("relaxation_length", "side_slip")  # contact laws that take a measured tyre; the first is what --tyre adds
 
@@ -39,6 +41,11 @@ class ChosenModel:
             return build_model(self.content)
         except InputError as error:
             raise InputError(f"{self.where}: {error}" if self.where else str(error)) from error
+
+    def note_rigid_front(self) -> None:
+        """Print one line to standard error if the front frame is rigid: stable wobble is then no answer."""
+        if not self.of_matrices and "front_compliance" not in self.content.get("effects", {}):
+            click.echo(RIGID, err=True)
 
     @property
     def of_matrices(self) -> bool:
@@ -176,8 +183,10 @@ def _read_model(text: str) -> ChosenModel:
         return ChosenModel({MATRICES: Path(text).resolve().as_posix()}, text)
     bicycle = find_bicycle(text)
     if bicycle is not None:
-        remark = "wheels that roll without slip (Whipple model); --tyre NAME --pressure BAR puts it on tyres that were"
-        return ChosenModel({"bicycle": bicycle}, "", f"{text}: {remark} measured at its wheel loads (velotyre tyres)")
+        remark = (
+            "wheels without slip (Whipple model); add measured tyres with --tyre NAME --pressure BAR (velotyre tyres)"
+        )
+        return ChosenModel({"bicycle": bicycle}, "", f"{text}: {remark}")
     content, folder = model_content(text), Path(text).parent
     if isinstance(content.get("bicycle"), str):
         content["bicycle"] = bicycle_place(content["bicycle"], folder)

@@ -13,14 +13,18 @@ from tyre.ground.errors import InputError
 from tyre.measured.properties import TyreSource, out_of_reach
 
 
-def example_model(bicycle: Bicycle, tyre: TyreSource, *, file: str) -> str:
-    """Write a model file that runs as it is, with every key explained and every effect to be switched on."""
+def example_model(bicycle: Bicycle, tyre: TyreSource, *, file: str, place: str = "") -> str:
+    """Write a model file that runs as it is, with every key explained and every effect to be switched on.
+
+    ``place`` is the packaged name of the bicycle (by default its own), or its file as found from the model file.
+    """
     middle = float(tyre.pressures[tyre.pressures.size // 2])
     effects = registry()
     law = effects["relaxation_length"]
     content = {
         "file": file,
         "bicycle": bicycle,
+        "place": place or bicycle.name,
         "tyre": tyre,
         "pressure": middle,
         "law": law,

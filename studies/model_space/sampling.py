@@ -146,7 +146,7 @@ class BoundedDraws:
     def notes(self, names: Sequence[str]) -> tuple[str, ...]:
         """Remarks on what cannot be drawn as stated, with ``names`` for the quantities."""
         remarks = [
-            f"{name} stands at the end of what is possible, so its draws lie on one side of it: their root-mean-square "
+            f"{name} is at the end of its possible range, so its samples lie on one side of it: their root-mean-square "
             f"distance to it is the stated {sd:.3g}"
             for name, kind, sd in zip(names, self.kind, self.sd, strict=True)
             if kind == FOLDED and sd > 0
@@ -199,14 +199,11 @@ class Refused:
         return f"{why}, for example: {example}" if example else why
 
 
-LEFT_OUT = (
-    "{number} of {total} draws makes no bicycle that can be computed ({why}) and is left out",
-    "{number} of {total} draws make no bicycle that can be computed ({why}) and are left out",
-)
+LEFT_OUT = "{number} of {total} samples rejected as impossible ({why})"
 
 
 def left_out(counts: Mapping[str, int], total: int) -> str:
     """Remark on how many of ``total`` draws are left out and why, from the number by reason; empty if none is."""
     number = sum(counts.values())
     why = "; ".join(counts if len(counts) == 1 else (f"{count}: {reason}" for reason, count in counts.items()))
-    return LEFT_OUT[number > 1].format(number=number, total=total, why=why) if number else ""
+    return LEFT_OUT.format(number=number, total=total, why=why) if number else ""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bicycle.motion.limit_cycles import LIMITS, SLOWEST, LimitCycles
+from bicycle.motion.limit_cycles import BEYOND, LIMITS, SLOWEST, LimitCycles
 from bicycle.motion.responses import Response
 from bicycle.stability.mode_figure import mode_look, mode_words
 from studies.model_space.lasting_motions import lasts, traces_of
@@ -49,6 +49,7 @@ def lines(
         "max_speed": max_speed,
         "outside": frame[~frame["within_geometry"].astype(bool)],
         "peaks": PEAKS,
+        "beyond": BEYOND,
         "limits": {name: np.degrees(limit) for name, limit in LIMITS.items()},
     }
     filters = {"degrees": np.degrees, "words": mode_words}
@@ -131,7 +132,7 @@ def film_cycle(limit_cycles: LimitCycles, speeds: Iterable[float], target: Path)
     """Film one cycle of the largest motion that lasts at ``speeds`` (m/s), over and over in 2 s, into ``target``."""
     cycles = [(mode, cycle) for v in speeds for mode, cycle in limit_cycles.at(v) if lasts(limit_cycles, cycle)]
     if not cycles:
-        raise InputError("--film: at none of these --speeds is there a motion that lasts")
+        raise InputError("--film: no stable limit cycle at these --speeds; give others")
     mode, cycle = max(cycles, key=lambda mode_and_cycle: limit_cycles.amplitude(mode_and_cycle[1]))
     frames = 2 * FRAMES_PER_SECOND
     derivative = 1j * np.arange(1, 2 * len(cycle.states), 2) * cycle.angular_frequency  # of odd harmonics
@@ -142,8 +143,8 @@ def film_cycle(limit_cycles: LimitCycles, speeds: Iterable[float], target: Path)
     outputs = {name: (np.exp(np.outer(time, derivative)) @ wave).real for name, wave in waves.items()}
     title = (
         f"{mode_words(mode).capitalize()} of {limit_cycles.model.bicycle.name} at {cycle.speed:g} m/s: "
-        f"{np.degrees(limit_cycles.amplitude(cycle)):.1f}° at the bar, {cycle.frequency_hz:.2f} Hz\n"
-        f"{2 / cycle.period:.3g} times slower than real"
+        f"{np.degrees(limit_cycles.amplitude(cycle)):.1f}° steer amplitude, {cycle.frequency_hz:.2f} Hz\n"
+        f"slowed down {2 / cycle.period:.3g} times"
     )
     animate(limit_cycles.model, Response(time, cycle.speed, outputs), target, title=title)
 
@@ -170,8 +171,8 @@ def finish_amplitude(axes: Any) -> None:
     limit, band = float(np.degrees(LIMITS["steer"])), bool(axes.collections)
     top = max(axes.get_ylim()[1], 1.1 * limit if axes.get_ylim()[1] > limit else 0.0)
     axes.axhspan(limit, max(top, limit), facecolor="none", hatch="//", edgecolor="0.82", linewidth=0)
-    axes.set(ylabel="Amplitude at the bar, °", ylim=(0, top))
-    words = {"yes": "stable", "falls slowly": "stable but slowly falling", "no": "unstable"}
+    axes.set(ylabel="Steer amplitude, °", ylim=(0, top))
+    words = {"yes": "stable", "falls slowly": "stable but for a slow fall", "no": "unstable"}
     handles = axes.get_legend_handles_labels()[0]
     handles += [Line2D([], [], color="0.3", linestyle=line, label=words[name]) for name, line in LINES.items()]
     if band:

@@ -270,8 +270,8 @@ def table(compared: Sequence[Ride]) -> list[dict[str, str]]:
         rows.append(
             {
                 "case": ride.label,
-                "holds m/s": ", ".join(f"{a:.2f} to {b:.2f}" for a, b in ride.held) or "none",
-                "runs held": f"{runs_held} of {len(ride.runs)}",
+                "stabilised m/s": ", ".join(f"{a:.2f} to {b:.2f}" for a, b in ride.held) or "none",
+                "runs stabilised": f"{runs_held} of {len(ride.runs)}",
                 "gain up": _number(middle.gain_up, ".2f"),
                 "gain down": _number(middle.gain_down, ".2f"),
                 "phase °": _number(middle.phase_deg, ".0f"),
@@ -315,7 +315,7 @@ def write_ride(compared: Sequence[Ride], out: Path) -> None:
             growth.plot(runs.speed_m_s, runs.growth_1_s, **marks)
             delay.plot(runs.speed_m_s, 1e3 * runs.delay_s, **marks)
         growth.axhline(0, color="black", linewidth=0.8)
-        growth.set(ylabel="Largest real part, 1/s", title=f"{name} (marks: each run's own gains)")
+        growth.set(ylabel="Maximum growth rate, 1/s", title=f"{name} (marks: each run's own gains)")
         growth.legend()
         delay.set(ylabel="Delay margin, ms", xlabel="Speed, m/s")
         delay.set_ylim(bottom=0)

@@ -175,7 +175,7 @@ def print_critical(
             state = "unstable" if throughout[name] else "not unstable"
             lines = [["none", None, None, None, f"{state} throughout"]]
         rows += [[name, *cells] if name else cells for cells in lines]
-    headers = ["critical speed m/s", "mode", "kind", "frequency Hz", "as speed grows"]
+    headers = ["critical speed m/s", "mode", "kind", "frequency Hz", "with increasing speed"]
     if any(critical):
         headers.insert(0, "bicycle")
     if bifurcations:

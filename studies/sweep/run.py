@@ -84,7 +84,7 @@ def _check_items(sweep: Sweep) -> list[str]:
         extrapolated += 0 if points.extrapolated is None else int(points.extrapolated[~points.refused.mask].sum())
     remarks = list(sampler.notes)
     if counts:
-        remarks.append(f"{left_out(counts, sweep.items)}: they are NaN, and impossible marks them")
+        remarks.append(f"{left_out(counts, sweep.items)}; the result holds NaN for them and marks them in impossible")
     if extrapolated:
         remarks.append(
             f"{extrapolated} of {sweep.items} bicycles have a tyre outside its measured loads and pressures; "

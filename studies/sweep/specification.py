@@ -166,7 +166,7 @@ class ImpossibleItem(InputError):
 
 def name_group(names: tuple[str, ...]) -> str:
     """Numbers measured together: their ``names``, or how many there are beyond a dozen."""
-    return ", ".join(names) if len(names) <= 12 else f"{names[0]} and {len(names) - 1} parameters with it"
+    return ", ".join(names) if len(names) <= 12 else f"{len(names)} correlated parameters ({names[0]}, …)"
 
 
 def tyre_digest(file: Path) -> str:

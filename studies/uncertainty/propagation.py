@@ -341,8 +341,8 @@ def dropped_correlations(uncertainty: Uncertainty) -> tuple[str, ...]:
     names, covariance = uncertainty.given_anew
     correlated = len(covariance.names) - len(names)
     return tuple(
-        f"{name}: the sd given for it stands alone; its correlation with {correlated} other numbers "
-        f"({covariance.origin}) is dropped, which may make a result less sure than with it"
+        f"{name}: the sd given replaces its correlation with {correlated} other parameters ({covariance.origin}); "
+        "results may have a larger uncertainty than with it"
         for name in names
         if correlated
     )

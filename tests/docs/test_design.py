@@ -12,8 +12,8 @@ CHARTS = section("charts_and_design", "Stability charts")
 def test_the_example_runs(no_pictures, tmp_path, monkeypatch):
     monkeypatch.chdir(write_files(CHARTS, tmp_path))  # soft.toml
     shown = "".join(run_page(PAGE))
-    assert "kept from 3 to 25 m/s: wobble stable" in shown
-    assert "drawn bicycles keep it" in shown
+    assert "requirement met from 3 to 25 m/s: wobble stable" in shown
+    assert "samples meet it" in shown
     assert not [c for c in critical_speeds(read_model("better.toml"), 25.0) if c.mode == "wobble"]
     assert [c for c in critical_speeds(read_model("soft.toml"), 25.0) if c.mode == "wobble"]
 

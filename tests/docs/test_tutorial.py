@@ -16,7 +16,7 @@ def test_the_page_runs_and_says_what_is_seen(no_pictures, tmp_path, monkeypatch)
     names = [line.split()[0] for line in ranked.splitlines() if line.startswith(("front", "IB"))]
     # what nobody measured before what a posture sets, IBxz: a damping of 5 to 40 N m s/rad moves wobble by 1.9 1/s
     assert names == ["front_compliance.damping", "front_compliance.stiffness", "front_compliance.joint_z"]
-    share = float(re.search(r"how sure: ([\d.]+)% of 1000", designed)[1])
+    share = float(re.search(r"robustness: ([\d.]+) % of 1000", designed)[1])
     assert share == pytest.approx(50, abs=10)  # "every second"
     assert Path("study/report.html").is_file()
     assert Path("ridden.png").is_file()

@@ -120,14 +120,15 @@ def test_every_command_that_warns_takes_verbose():
 def test_notes_on_a_tyre_are_one_line_and_verbose_shows_them(capsys):
     asked = ["critical", "pista_charlie_drops", "--tyre", "Tyre1", "--pressure", "6.2"]
     main(asked)
-    (line,) = capsys.readouterr().err.splitlines()
+    line, rigid = capsys.readouterr().err.splitlines()
+    assert rigid.startswith("note: the front frame is rigid")
     assert line == (
         "warning: Tyre1 on flat (rear 442 N, 6.2 bar, interpolated; front 426 N, 6.2 bar, interpolated): "
         "4 notes, --verbose shows them"
     )
     main([*asked, "--verbose"])
     full = capsys.readouterr().err.splitlines()
-    assert len(full) == 4
+    assert len(full) == 4 + 1
     assert any("lateral stiffness between measured conditions: bilinear" in line for line in full)
 
 

@@ -248,7 +248,7 @@ def test_two_pairs_swap_their_names_where_they_exchange_character(tyred):
     model = tyred(**EFFECTS[2])
     (exchange,) = [event for event in modes(model, [1.0, 25.0]).events if event.kind == "exchange"]
     assert exchange.modes == ("rear_tyre", "wobble")
-    assert "exchange character" in str(exchange)
+    assert "veer; their labels swap" in str(exchange)
     at = exchange.speed
     found = modes(model, [at - 0.01, at + 0.01])
     assert [event.modes for event in found.events if event.kind == "exchange"] == [exchange.modes]

@@ -26,7 +26,7 @@ def test_a_demand_on_wobble_binds_the_root_that_was_called_rear_tyre(tmp_path, m
     (tmp_path / "model.toml").write_text(TWELVE_HERTZ)
     main(["design", "model.toml", "--keep", "wobble", "stable", "--from", "3", "--up-to", "45",
           "--vary", "relaxation_length.relaxation_length", "--out", "better.toml"])  # fmt: skip
-    assert "binds: wobble at 45 m/s (12." in capsys.readouterr().out
+    assert "active constraint: wobble at 45 m/s (12." in capsys.readouterr().out
     better = read_model(tmp_path / "better.toml").linear_model()
     fast = better.eigenvalues(np.linspace(30.0, 45.0, 61))
     assert fast[(fast.imag > 2 * np.pi * 8)].real.max() < 0
@@ -42,8 +42,8 @@ def test_commands_tell_where_modes_exchange_character(words, tmp_path, monkeypat
     (tmp_path / "model.toml").write_text(TWELVE_HERTZ)
     command, *options = words.split()
     main([command, "model.toml", *options])
-    (line,) = [line for line in capsys.readouterr().out.splitlines() if "exchange character" in line]
-    assert line.endswith("m/s: rear_tyre and wobble exchange character")
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if " veer; " in line]
+    assert line.endswith("m/s: rear_tyre and wobble veer; their labels swap")
     assert 0 < float(line.split()[0]) < 39.4
 
 

@@ -195,8 +195,8 @@ def test_the_command(tmp_path, capsys, monkeypatch):
           "--json", "o.json"])  # fmt: skip
     shown = capsys.readouterr().out
     assert "at 0 of" not in shown
-    assert "band: 95 %, first order, of 1 uncertain number;" in shown
-    assert "from 0.0032 m/s on: slower is rest" in shown  # sqrt(9.81 x 1.02) / 1000
+    assert "band: 95 % coverage, first order, of 1 uncertain parameter;" in shown
+    assert "from 0.0032 m/s: slower is rest" in shown  # sqrt(9.81 x 1.02) / 1000
     table = pd.read_csv("o/stability_chart.csv")
     assert {"sd_speed_m_s", "sd_c_m", "mode", "frequency_Hz", "closed"} <= set(table.columns)
     told = json.loads((tmp_path / "o.json").read_text())
@@ -209,7 +209,7 @@ def test_the_command(tmp_path, capsys, monkeypatch):
 def test_a_band_wider_than_the_chart_is_not_drawn_and_said():
     chart = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.5, "lam": 0.3})
     assert not any(one.band_is_narrow for one in chart.boundaries)
-    assert sum("its band would be wider than most of the chart" in text for text in chart.doubts) == 2
+    assert sum("its band is not drawn; it is wider than most of the chart" in text for text in chart.doubts) == 2
     narrow = stability_chart(Plane.of(WHIPPLE, "speed=4:7", "c=0.07:0.09"), sd={"w": 0.005})
     assert all(one.band_is_narrow for one in narrow.boundaries)
     assert narrow.doubts == []

@@ -82,7 +82,7 @@ def test_the_example_model_is_not_overwritten_by_chance(tmp_path, refused):
     assert file.read_text() == "mine"
     main(["new", str(file), "--force", "--bicycle", "fisher"])
     assert read_model(file).bicycle == load_bicycle("fisher")  # far outside the tests, and said in the file
-    assert "extrapolate = true  # the wheel loads are farther outside" in file.read_text()
+    assert "extrapolate = true  # the wheel loads are more than one range width outside" in file.read_text()
     assert "a model file ends in .toml" in refused("new", str(tmp_path / "model.txt"))
     assert "did you mean 'fisher'?" in refused("new", str(tmp_path / "a.toml"), "--bicycle", "fishr")
 

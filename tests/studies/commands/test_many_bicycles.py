@@ -82,6 +82,6 @@ def test_other_commands_take_one_of_the_table(table, command, tmp_path, refused)
 
 
 def test_sd_of_a_table_reaches_uncertainty_and_text(table, tmp_path, printed):
-    assert "c 100%" in printed("uncertainty", f"{table}#benchmark", "--stated-only", "--samples", "50")
+    assert "c 100 %" in printed("uncertainty", f"{table}#benchmark", "--stated-only", "--samples", "50")
     main(["convert", f"{table}#benchmark", "--to", str(tmp_path / "b.txt")])
     assert dict(load_bicycle(tmp_path / "b.txt").sd) == {"c": 0.005}

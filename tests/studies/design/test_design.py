@@ -89,8 +89,8 @@ def test_what_binds_is_the_worst_speed_and_the_file_keeps_the_demand():
     assert found.agreed[0] >= 2
     assert found.at_limit == []
     said = "\n".join(lines(found))
-    assert "kept from 3 to 25 m/s: wobble stable" in said
-    assert f"binds: wobble at {peak.speed:.4g} m/s" in said
+    assert "requirement met from 3 to 25 m/s: wobble stable" in said
+    assert f"active constraint: wobble at {peak.speed:.4g} m/s" in said
 
 
 def test_a_search_that_ends_at_a_kink_of_a_tyre_s_table_keeps_the_demand():
@@ -133,8 +133,8 @@ def test_what_cannot_be_had_is_said_with_the_best_there_is():
     assert best <= growth.min() + 1e-3
     assert best == pytest.approx(growth.min(), rel=0.01)
     said = "\n".join(lines(found))
-    assert "no change within the limits keeps this" in said
-    assert "best reachable: wobble" in said
+    assert "requirement not met within the limits" in said
+    assert "best reached: wobble" in said
     assert {key for key, _, _ in found.at_limit} == set(limits)
 
 
@@ -156,7 +156,7 @@ def test_the_probability_is_that_of_the_distribution():
 def test_a_model_that_keeps_it_already_is_left_alone():
     found = find_design(PLAIN, ["c"], (Demand("weave"),), (8.0, 20.0), nothing())
     assert found.after.x.tolist() == found.problem.start.tolist()
-    assert "nothing is changed" in "\n".join(lines(found))
+    assert "already meets the requirement; unchanged" in "\n".join(lines(found))
 
 
 def test_every_mode_at_once():
@@ -239,13 +239,13 @@ def test_a_largest_amplitude_costs_less_than_stability_and_is_kept():
     sizes = [found.amplitude(cycle) for v in np.linspace(*RANGE, 45) for mode, cycle in found.at(v) if mode == "wobble"]
     assert np.degrees(max(sizes)) == pytest.approx(small.amplitude, rel=0.01)
     assert 3.8 < small.amplitude <= 4.0
-    assert any(f"largest motion that lasts: {small.amplitude:.2f}° at the bar" in line for line in lines(small))
+    assert any(f"maximum steer amplitude: {small.amplitude:.2f}°" in line for line in lines(small))
     wide = find_design(TYRED, ["steer_damper.damping"], demands([("wobble", "18deg")]), RANGE, nothing())
     assert wide.after.cost == 0
 
 
 @pytest.mark.parametrize(("keep", "speeds", "more", "message"), [
-    ([("weave", "2deg")], (34.5, 37.0), {}, "--keep weave 2deg: even where it is stable a kick starts a larger"),
+    ([("weave", "2deg")], (34.5, 37.0), {}, "--keep weave 2deg: an impulse starts a larger limit cycle"),
     ([("wobble", "2deg"), ("weave", "2deg")], RANGE, {}, "--keep wobble 2deg: give one amplitude, without"),
     ([("wobble", "2deg")], RANGE, {"probability": 0.9, "sd": {"c": 0.001}}, "give one amplitude, without --prob"),
 ])  # fmt: skip
@@ -260,11 +260,11 @@ def test_amplitudes_that_no_design_keeps(keep, speeds, more, message):
 @pytest.mark.parametrize(("keep", "message"), [
     (
         [("wobble", "calm")],
-        "--keep wobble calm: give stable, a least damping ratio from 0 to below 1, or a largest",
+        "--keep wobble calm: give stable, a minimum damping ratio from 0 to below 1, or a maximum",
     ),
     ([("wobble", "1.5")], "from 0 to below 1"),
-    ([("wobble", "25deg")], "a largest amplitude at the bar of one mode such as 2deg, up to 20deg"),
-    ([("all", "2deg")], "a largest amplitude at the bar of one mode such as 2deg, up to 20deg"),
+    ([("wobble", "25deg")], "a maximum steer amplitude of one mode such as 2deg, up to 20deg"),
+    ([("all", "2deg")], "a maximum steer amplitude of one mode such as 2deg, up to 20deg"),
     ([("wobble", "stable"), ("wobble", "0.1")], "--keep wobble is given twice; keep one"),
 ])  # fmt: skip
 def test_demands_that_are_none(keep, message):
@@ -287,7 +287,7 @@ def test_the_command_writes_a_model_that_others_read(tmp_path, monkeypatch, prin
     call = ["design", "mine.txt", "--keep", "weave", "stable", "--from", "4", "--up-to", "5"]
     call += ["--vary", "steer_damper.damping,c"]
     shown = printed(*call, "--out", "better.toml", "--json", "better.json")
-    assert "added: [effects.steer_damper], without influence at its first value" in shown
+    assert "added: [effects.steer_damper], initially neutral" in shown
     assert "written: better.toml" in shown
     told = json.loads((tmp_path / "better.json").read_text())
     content = tomllib.loads((tmp_path / "better.toml").read_text())
@@ -305,7 +305,7 @@ def test_the_command_ends_with_1_and_writes_nothing_where_there_is_no_design(tmp
     with pytest.raises(SystemExit) as stop:
         main([*call, "--limits", "w=1:1.05", "--out", "better.toml"])
     assert stop.value.code == 1
-    assert "no change within the limits keeps this" in capsys.readouterr().out
+    assert "requirement not met within the limits" in capsys.readouterr().out
     assert not (tmp_path / "better.toml").exists()
 
 

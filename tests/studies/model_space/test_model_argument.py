@@ -23,7 +23,7 @@ def critical(capsys, *arguments: str) -> list:
 def test_a_bare_bicycle_is_the_whipple_model_and_said_to_be(name):
     chosen = choose(name)
     assert chosen.model == build_model({"bicycle": name})
-    assert chosen.remark.startswith(f"{name}: wheels that roll without slip (Whipple model); ")
+    assert chosen.remark.startswith(f"{name}: wheels without slip (Whipple model); ")
     assert "\n" not in chosen.remark
 
 

@@ -121,7 +121,7 @@ def test_the_total_has_the_correlations_of_a_stated_covariance(tmp_path, capsys)
     assert shown["correlated"] is True
     told = run(capsys, *where)
     assert f"parameters together: {math.sqrt(squares):.4g} 1/s (with their correlations)" in told
-    assert "each alone: a row moves its parameter and holds the others;" in told
+    assert "a row changes one parameter and holds the others;" in told
     given = json.loads(run(capsys, *where, "--sd", "c=0.004", "--json", "-"))
     assert given["correlated"] is False  # what is given stands alone
     assert "(independent)" in run(capsys, *where, "--sd", "c=0.004")

@@ -71,7 +71,7 @@ def test_a_mean_at_its_bound_is_left_inwards_and_said():
     np.testing.assert_allclose(np.sqrt(((x - [[1.0], [0.0]]) ** 2).mean(1)), [0.1, 2.0], rtol=0.01)
     said = draws.notes(("share", "damping"))
     assert [note.split()[0] for note in said] == ["share", "damping"]
-    assert "its draws lie on one side of it: their root-mean-square distance to it is the stated 2" in said[1]
+    assert "its samples lie on one side of it: their root-mean-square distance to it is the stated 2" in said[1]
 
 
 def test_a_correlation_that_positive_quantities_cannot_have_is_said():

@@ -62,9 +62,9 @@ def found(folder):
 def test_table_record_and_picture(folder, shown, told):
     for line in (
         "wobble at 2.85 m/s: supercritical", "weave at 38.94 m/s: subcritical",
-        "weave at 5.41 m/s: not determined (slower",
-        "weave: folds at 34.10 m/s with 12.1° at the bar", "1 of 6 motions leave linear geometry",
-        "proportional to D, here 0.8",
+        "weave at 5.41 m/s: not determined (below 1 Hz",
+        "weave: fold at 34.10 m/s, steer amplitude 12.1°", "1 of 6 limit cycles exceed linear geometry",
+        "proportional to the peak factor D, here 0.8",
     ):  # fmt: skip
         assert line in shown
     frame = pd.read_csv(folder / "a.csv")
@@ -96,8 +96,8 @@ def test_critical_speeds_say_how_the_motion_begins(wobbly, capsys):
 def test_both_sides_of_a_damper(wobbly, capsys):
     main(["amplitude", "wobbly.toml", "--speeds", "10", "--damper", "1.5", "--json", "b.json"])
     shown = " ".join(capsys.readouterr().out.split())
-    assert "a steer damper of 1.5 N m s/rad more ends the wobble up to 60 m/s its other side: weave" in shown
-    assert "unstable at 35.2 m/s instead of 38.9 m/s, where it jumps; no motion within linear geometry" in shown
+    assert "added steering damping of 1.5 N m s/rad removes wobble up to 60 m/s side effect: weave" in shown
+    assert "weave unstable from 35.2 m/s (was 38.9 m/s), subcritical; no stable limit cycle within linear" in shown
     without, damped = json.loads(Path("b.json").read_text())["damper"]
     begins = without["weave_unstable_from_m_s"], damped["weave_unstable_from_m_s"]
     assert begins == pytest.approx((38.9, 35.2), abs=0.05)
@@ -108,16 +108,16 @@ def test_both_sides_of_a_damper(wobbly, capsys):
 
 def test_a_weak_damper_and_one_that_nothing_needs(wobbly, capsys):
     main(["amplitude", "wobbly.toml", "--speeds", "10", "--damper", "0.3"])
-    words = "0.3 N m s/rad more does not end the wobble up to 60 m/s; its largest amplitude is"
+    words = "0.3 N m s/rad does not remove wobble up to 60 m/s; maximum steer amplitude"
     assert words in capsys.readouterr().out
     main("amplitude benchmark --tyre Tyre1 --pressure 5.5 --speeds 10 --max-speed 30 --damper 1".split())  # noqa: SIM905
-    words = "more has no wobble to end up to 30 m/s\nits other side: weave stays stable up to 30 m/s, as without"
+    words = ": no wobble to remove up to 30 m/s\nside effect: weave stable up to 30 m/s (as without it)"
     assert words in capsys.readouterr().out
 
 
 def test_the_least_damper_that_ends_the_wobble(wobbly, shown, told):
     least = told["damper"][1]["added_N_m_s_rad"]
-    assert f"a steer damper of {least:g} N m s/rad more ends the wobble" in shown
+    assert f"added steering damping of {least:g} N m s/rad removes wobble" in shown
     for damping, ends in ((least, True), (least - 0.01, False)):
         content = content_of("wobbly.toml")
         content["effects"] = content["effects"] | {"steer_damper": {"damping": damping}}
@@ -133,7 +133,7 @@ def test_the_largest_wobble_is_that_of_the_table(found, shown, told):
     assert without["largest_wobble_deg"] == pytest.approx(most.max(), rel=1e-3)
     at = without["largest_wobble_at_m_s"]
     assert at == pytest.approx(frame["speed_m_s"][most.idxmax()], abs=0.3)
-    assert f"° at the bar (at {at:.1f} m/s), between 2.85 and 31.67 m/s" in shown
+    assert f"° at {at:.1f} m/s; limit cycle from 2.85 to 31.67 m/s" in shown
 
 
 def test_amplitudes_as_outputs_of_a_sweep(wobbly):
@@ -183,7 +183,7 @@ def test_the_band_of_dry_roads_is_that_of_runs_with_these_peak_factors(wobbly, s
         angles.append(float(capsys.readouterr().out.splitlines()[1].split(",")[3]))
     main("amplitude wobbly.toml --speeds 10 --peak-factor 0.5".split())  # noqa: SIM905
     low, usual, high = angles
-    band = f"wobble at 10 m/s, over dry roads (assumed range of D): {low:.1f}° at D = 0.6, {usual:.1f}° at D = 0.8, "
+    band = f"on dry roads (D assumed), wobble at 10 m/s: {low:.1f}° at D = 0.6, {usual:.1f}° at D = 0.8, "
     for text in (shown, capsys.readouterr().out):
         assert band + f"{high:.1f}° at D = 1\n" in text
 
@@ -217,7 +217,7 @@ def test_a_film_goes_once_round_the_cycle(found, monkeypatch):
     )
     film_cycle(found, [10.0, 38.0], Path("wobble.gif"))
     motion = filmed["motion"]
-    assert "Weave of pista_charlie_drops at 38 m/s: 19.6° at the bar, 2.07 Hz" in filmed["title"]
+    assert "Weave of pista_charlie_drops at 38 m/s: 19.6° steer amplitude, 2.07 Hz" in filmed["title"]
     steer, time = np.degrees(motion.outputs["steer"]), motion.time
     assert np.abs(steer).max() == pytest.approx(19.60, abs=0.1)
     assert time[1] * len(time) == pytest.approx(1 / 2.073, rel=1e-3)
@@ -237,7 +237,7 @@ def test_from_python(wobbly):
     ("wobbly.toml --point 1", "--point 1: give X,Z in m"),
     ("wobbly.toml --peak-factor 5", "peak_factor = 5 is outside 0 .. 3"),
     ("wobbly.toml --film a.avi", "a.avi: the ending '.avi' is not known; a film is a .gif"),
-    ("wobbly.toml --speeds 33 --film a.gif", "--film: at none of these --speeds is there a motion that lasts"),
+    ("wobbly.toml --speeds 33 --film a.gif", "--film: no stable limit cycle at these --speeds; give others"),
     ("wobbly.toml --damper 0", "0: give a number above 0 up to 100"),
     ("wobbly.toml --plot a.txt", "--plot a.txt: the ending must be one of"),
     ("benchmark", "nonlinear tyres need the effect side_slip or relaxation_length"),

@@ -54,9 +54,7 @@ def test_the_command_says_how_many_and_why(kept, tmp_path, capsys):
     main(["sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "result.zarr"), "--json", "-"])
     shown = capsys.readouterr()
     number = int(load(kept).impossible.sum())
-    words = (
-        f"{number} of 96 draws make no bicycle that can be computed (IBxx IBzz < IBxz^2) and are left out: they are NaN"
-    )
+    words = f"{number} of 96 samples rejected as impossible (IBxx IBzz < IBxz^2); the result holds NaN for them"
     assert words in shown.err
     assert f'"impossible_draws": {number}' in shown.out
 
@@ -83,7 +81,7 @@ def test_reasons_are_counted_once_and_said():
     refused.add("never", np.zeros(4, bool))
     assert refused.counts == {"no load": 2, "odd, for example: x is 3": 1}
     assert left_out(refused.counts, 4) == (
-        "3 of 4 draws make no bicycle that can be computed (2: no load; 1: odd, for example: x is 3) and are left out"
+        "3 of 4 samples rejected as impossible (2: no load; 1: odd, for example: x is 3)"
     )
-    assert left_out({"odd": 1}, 9) == "1 of 9 draws makes no bicycle that can be computed (odd) and is left out"
+    assert left_out({"odd": 1}, 9) == "1 of 9 samples rejected as impossible (odd)"
     assert left_out({}, 9) == ""

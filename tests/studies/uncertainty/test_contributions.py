@@ -51,9 +51,9 @@ def test_what_nobody_states_has_the_defaults_and_its_own_share(told):
         assert origin["assumed"] == pytest.approx(1 - single["mB"] - single["tyre lateral stiffness"])
     assert found["draws_left_out"] == {"count": 0, "reasons": {}}
     shown = told(content, "--stated-only")
-    assert "counted as exact: w, c, lam" in shown
+    assert "treated as exact: w, c, lam" in shown
     assert "(where it was measured; its source states no uncertainty" in shown
-    assert "assumed, as no source" not in shown
+    assert "assumed standard uncertainties" not in shown
     shown = told(content, "--relative-cornering-stiffness-sd", "0.2")
     assert "c 0.08 ± 0.003" in shown
     assert "relaxation_length.cornering_stiffness" not in shown  # given, not assumed
@@ -85,7 +85,7 @@ def test_of_many_numbers_known_together_the_one_that_matters_is_named(told):
     weave = json.loads(told(content, "--stated-only", "--json", "-"))["quantities"][0]
     assert weave["quantity"].startswith("weave")
     ((name, found),) = weave["known_exactly"].items()
-    assert name == "w and 12 parameters with it"
+    assert name == "13 correlated parameters (w, …)"
 
     def speed(**changes):
         model = Model(replace(bicycle, values=dict(bicycle.values) | changes))
@@ -97,11 +97,11 @@ def test_of_many_numbers_known_together_the_one_that_matters_is_named(told):
     assert [found[n] for n in NAMES] == pytest.approx(shared.tolist(), rel=1e-3, abs=1e-6)
     assert list(found.values()) == sorted(found.values(), reverse=True)
     shown = told(content, "--stated-only")
-    assert "of 13 numbers known together, what one known exactly would take of the linear variance" in shown
-    lines = shown.partition("known exactly would")[2].splitlines()
+    assert "variance reduction if one parameter were exact, of 13 correlated parameters" in shown
+    lines = shown.partition("if one parameter were exact")[2].splitlines()
     (row,) = (line for line in lines if line.startswith("weave stable"))
-    assert re.split(r" {2,}", row)[1:3] == [f"{key} {part:.0%}" for key, part in list(found.items())[:2]]
-    assert "stands alone" not in shown
+    assert re.split(r" {2,}", row)[1:3] == [f"{key} {100 * part:.0f} %" for key, part in list(found.items())[:2]]
+    assert "replaces its correlation" not in shown
     shown = told(content, "--stated-only", "--sd", "c=0.001", "--sd", "lam=0")
     for name in ("c", "lam"):
-        assert f"note: {name}: the sd given for it stands alone; its correlation with 11 other numbers (model " in shown
+        assert f"note: {name}: the sd given replaces its correlation with 11 other parameters (model " in shown

@@ -191,7 +191,7 @@ def test_critical_speeds_that_only_some_samples_have_are_counted():
     assert uncertainty.count_unlisted(found, samples=60, seed=4) == exact
     told = remarks(found, exact, 60, 60.0)
     assert len(told) == 1
-    assert told[0].startswith(f"at least {exact} of 60 bicycles have further critical speeds up to 60 m/s")
+    assert told[0].startswith(f"at least {exact} of 60 samples have further critical speeds up to 60 m/s")
 
 
 def test_remarks_name_quantities_for_which_the_linear_sd_fails():
@@ -202,11 +202,11 @@ def test_remarks_name_quantities_for_which_the_linear_sd_fails():
     draws = np.random.default_rng(0).standard_normal(2000)
     assert told(draws) == told(1.5 * draws[:10]) == ()  # so few samples show nothing
     (found,) = told(2 * draws)
-    assert f"sd {2 * draws.std(ddof=1):.3g} m/s by Monte Carlo against 1 linear" in found
+    assert f"standard uncertainty {2 * draws.std(ddof=1):.3g} m/s by Monte Carlo, 1 m/s linear" in found
     lost = np.where(draws > 1, np.nan, draws)
     for unit in ("m/s", "Hz"):
-        assert f"{np.isnan(lost).sum()} of 2000 bicycles" in told(lost, unit)[0]
-    assert told(draws[:39], count=39)[-1].startswith("39 bicycles are too few")
+        assert f"{np.isnan(lost).sum()} of 2000 samples" in told(lost, unit)[0]
+    assert told(draws[:39], count=39)[-1].startswith("39 samples are too few")
 
 
 def test_draws_that_make_no_bicycle_are_left_out_and_counted(monkeypatch):
@@ -282,7 +282,7 @@ def test_command(tmp_path, refused, printed):
     assert all(q["linear_sd"] > 0 for q in found)
     pytest.importorskip("SALib")
     shown = printed(*arguments[:2], "--sd", "c=0.002", "--samples", "50", "--narrow", "capsize unstable above")
-    assert "what would narrow 'capsize unstable above' most" in shown
+    assert "measurements that reduce the variance of 'capsize unstable above'" in shown
     for wrong, words in (
         (["c"], "--sd c: give NAME=VALUE"),
         (["c=1", "c=2"], "--sd c is given twice; keep one"),
@@ -301,7 +301,7 @@ def test_command_shows_the_table_and_its_notes(tmp_path, capsys, printed):
     wobble = next(q for q in found["quantities"] if q["quantity"] == "wobble unstable above")
     assert 0 < wobble["lost"] < 40
     assert not wobble["linear_holds"]
-    assert f"note: wobble unstable above: {wobble['lost']} of 40 bicycles do not have it up to 60 m/s" in shown
+    assert f"note: wobble unstable above: absent below 60 m/s in {wobble['lost']} of 40 samples; Monte" in shown
     assert (found["samples"], found["seed"], found["max_speed_m_s"]) == (40, 0, 60.0)
     assert found["samples_with_further_critical_speeds"] == 0
     pytest.importorskip("SALib")
@@ -316,5 +316,5 @@ def test_command_says_what_is_odd_of_the_bicycle_and_shows_no_nan(capsys):
     main(["uncertainty", "browser", "--samples", "2", "--seed", "2", "--stated-only", "--sd", "c=0.5"])
     both = capsys.readouterr()
     assert "violate the triangle inequality" in both.err
-    assert "so there is no band" in both.out
+    assert "no Monte Carlo values" in both.out
     assert "nan" not in both.out
