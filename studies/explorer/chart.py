@@ -12,7 +12,7 @@ import numpy as np
 
 from bicycle.stability.mode_figure import mode_look, mode_words
 from studies.chart.chart import BAND, NamedBoundary, StabilityChart, describe_check, stability_chart, title
-from studies.chart.plane import Plane, Span, lattice, split_range
+from studies.chart.plane import MODEL, Plane, Span, lattice, split_range
 from studies.explorer.figures import Figure, Palette, colour_on, figure, json_cells, series
 from studies.explorer.models import model_content, model_of
 from studies.explorer.state import State, parse_state
@@ -239,7 +239,7 @@ def _marks(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
     first, second = chart.plane.spans
     traces = []
     named = set()
-    for mark in chart.marks:
+    for mark in sorted(chart.marks, key=lambda mark: mark.kind == MODEL):  # the model last: on what was measured
         lines = bool(np.isnan(mark.x) or np.isnan(mark.y))
         x = [first.low, first.high] if np.isnan(mark.x) else [mark.x, mark.x] if lines else [mark.x]
         y = [second.low, second.high] if np.isnan(mark.y) else [mark.y, mark.y] if lines else [mark.y]
@@ -252,13 +252,21 @@ def _marks(chart: StabilityChart, palette: Palette) -> list[dict[str, Any]]:
                 "name": escape(mark.kind),
                 "legendgroup": mark.kind,
                 "showlegend": mark.kind not in named,
-                "line": {"color": palette.line, "dash": "dot"},
-                "marker": {"color": palette.text, "symbol": "cross" if mark.kind == "model" else "circle", "size": 10},
+                **_mark_look(mark.kind, palette),
                 "hovertemplate": f"{escape(mark.label)}<extra></extra>",
             }
         )
         named.add(mark.kind)
     return traces
+
+
+def _mark_look(kind: str, palette: Palette) -> dict[str, Any]:
+    """Choose line and marker of a mark: thick and filled of the model, dotted and open of what was measured."""
+    if kind == MODEL:
+        line = {"color": palette.text, "dash": "longdashdot", "width": 2.4}
+        return {"line": line, "marker": {"color": palette.text, "symbol": "cross", "size": 11}}
+    line = {"color": palette.line, "dash": "dot", "width": 1.2}
+    return {"line": line, "marker": {"color": palette.line, "symbol": "circle-open", "size": 9}}
 
 
 def _axis(span: Span) -> dict[str, Any]:

@@ -32,6 +32,8 @@ HEIGHTS = {  # height of each figure, pixels
     "modes": 580, "critical": 240, "locus": 460, "damping": 400, "sensitivity": 520, "amplitude": 400, "chart": 520,
 }  # fmt: skip
 
+TITLE_LETTERS, SUBTITLE_LETTERS = 46, 56  # of a line: what a telephone (390 px) shows without cutting it
+
 FAILED = "this could not be computed; the terminal of velotyre explore says why"
 Figure = dict[str, Any]
 
@@ -77,8 +79,9 @@ def series(mode: str, palette: Palette, *, pinned: bool = False) -> dict[str, An
 def figure(name: str, data: list[Any], palette: Palette, *, title: str, below: str = "", **more: Any) -> Figure:
     """Make the figure ``name`` in the layout that all share, a line ``below`` the title, and further keys of plotly."""
     axis = {"gridcolor": palette.grid, "zerolinecolor": palette.line, "linecolor": palette.grid, "automargin": True}
+    lines, lines_below = wrap(title, TITLE_LETTERS), wrap(below, SUBTITLE_LETTERS)
     heading: dict[str, Any] = {
-        "text": title,
+        "text": "<br>".join(lines),
         "font": {"size": 14},
         "x": 0,
         "xref": "container",
@@ -88,25 +91,28 @@ def figure(name: str, data: list[Any], palette: Palette, *, title: str, below: s
         "pad": {"l": 8, "t": 6},
     }
     if below:
-        heading["subtitle"] = {"text": below, "font": {"size": 12}}
+        heading["subtitle"] = {"text": "<br>".join(lines_below), "font": {"size": 12}}
+    margin = dict(more.pop("margin", {"l": 60, "r": 12, "b": 48}))
+    margin["t"] = 48 + 18 * max(0, len(lines) - 1) + (8 + 16 * len(lines_below) if below else 0)
     layout: dict[str, Any] = {
         "height": HEIGHTS[name],
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"color": palette.text, "size": 13, "family": "system-ui, sans-serif"},
         "title": heading,
-        "margin": {"l": 60, "r": 12, "t": 72 if below else 48, "b": 48},
+        "margin": margin,
         "uirevision": "same",
         "hoverlabel": {"font": {"size": 13}},
-        "legend": {"orientation": "h", "y": -0.19, "yanchor": "top", "x": 0},
+        "legend": {"orientation": "h", "yref": "container", "y": 0, "yanchor": "bottom", "x": 0, "font": {"size": 12}},
     } | more
     layout |= {key: axis | changes for key, changes in layout.items() if key.startswith(("xaxis", "yaxis"))}
     return {"data": data, "layout": layout}
 
 
-ONCE, FIXED = {"automargin": False, "ticklabeloverflow": "allow"}, {"l": 76, "r": 12, "t": 48, "b": 48}
+ONCE, FIXED = {"automargin": False, "ticklabeloverflow": "allow"}, {"l": 76, "r": 20, "b": 48}
 """Axes whose numbers are short: a margin that the browser fits to them makes it draw every axis twice,
 and numbers that it looks for beyond the figure make it lay the page out anew for each."""
+CLEAR = ONCE | {"automargin": "height"}  # of an axis with a legend below it, whose rows depend on the width of the page
 
 
 def halving(growth: float) -> str:
@@ -137,7 +143,7 @@ def modes_figure(model: Computed, pinned: Mapping[str, Computed], palette: Palet
         hovermode="closest",
         margin=FIXED,
         meta=modes_table(model.named),
-        xaxis={"title": {"text": f"Speed, m/s{extrapolation}"}, "range": [slow, fast], "anchor": "y2"} | ONCE,
+        xaxis={"title": {"text": f"Speed, m/s{extrapolation}"}, "range": [slow, fast], "anchor": "y2"} | CLEAR,
         yaxis={"title": {"text": "Real part, 1/s"}, "domain": [0.53, 1.0], "range": [low, high]} | ONCE,
         yaxis2={
             "title": {"text": "Frequency, Hz"},
@@ -178,6 +184,7 @@ def root_locus(model: Computed, palette: Palette) -> Figure:
                 "type": "scatter",
                 "mode": "markers",
                 "name": mode_words(name),
+                "legendgroup": name,  # without groups all entries get the width of the longest
                 "x": values.real.tolist(),
                 "y": values.imag.tolist(),
                 "customdata": named.speeds[at].tolist(),
@@ -205,7 +212,7 @@ def root_locus(model: Computed, palette: Palette) -> Figure:
         title="Root locus in speed (shaded: unstable)",
         shapes=[shade],
         margin=FIXED,
-        xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | ONCE,
+        xaxis={"title": {"text": "Real part, 1/s"}, "range": [low, high]} | CLEAR,
         meta=modes_table(named),
         yaxis={"title": {"text": "Imaginary part, rad/s"}, "range": [0, float(angular_frequency(slow_hertz([model])))]}
         | ONCE,
@@ -245,7 +252,7 @@ def critical_strip(model: Computed, palette: Palette) -> Figure:
         below=none,
         xaxis={"title": {"text": "Speed, m/s"}, "range": [slow, fast]},
         yaxis={"type": "category"},
-        meta={"columns": ["speed m/s", "mode", "kind", "frequency Hz", "as speed grows"], "rows": rows},
+        meta={"columns": ["speed m/s", "mode", "kind", "frequency Hz", "with increasing speed"], "rows": rows},
     )
 
 
@@ -355,6 +362,7 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
     speed = float(at.named.speeds[0])
     rows: list[list[Any]] = []
     data: list[dict[str, Any]] = []
+    labels: list[tuple[str, float, str]] = []  # name, where its error bar ends, text
     for name, values in at.named.branches.items():
         ratio = float(at.named.damping_ratio(name)[0])
         hertz = float(at.named.frequency(name)[0])
@@ -364,8 +372,9 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
             for root in values[0][~np.isnan(values[0])].tolist()
         ]
         if values[0, 0].imag > 0:
-            words = mode_words(name)
+            words = "<br>".join(mode_words(name).rsplit(" ", 1))  # short lines stay level on a narrow page
             has_sd = not math.isnan(sd)
+            labels.append((words, ratio + math.copysign(sd if has_sd else 0.0, ratio), ratio_text(ratio, sd)))
             band = {"type": "data", "array": json_cells([sd]), "color": palette.text, "thickness": 2, "visible": has_sd}
             data.append(
                 {
@@ -373,29 +382,58 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
                     "x": [words],
                     "y": [ratio],
                     "showlegend": False,
-                    "name": escape(words),
+                    "name": escape(mode_words(name)),
                     "width": [0.5],
                     "marker": {"color": series(name, palette)["line"]["color"]},
                     "error_y": band,
-                    "text": [f"{ratio:.3g} ± {sd:.1g}" if has_sd else f"{ratio:.3g}"],
-                    "textposition": "inside",
-                    "insidetextanchor": "middle",
-                    "textangle": 0,
-                    "hovertemplate": f"{escape(words)}: damping ratio %{{y:.5g}}<extra></extra>",
+                    "hovertemplate": f"{escape(mode_words(name))}: damping ratio %{{y:.5g}}<extra></extra>",
                 }
             )
+    low, high = (choose((0.0, *(end for _, end, _ in labels))) for choose in (min, max))
+    span = high - low or 1.0
+    data.append(
+        {
+            "type": "scatter",
+            "mode": "text",
+            "x": [words for words, _, _ in labels],
+            "y": [end + math.copysign(0.02 * span, end) for _, end, _ in labels],  # clear of the cap of the bar
+            "text": [label for _, _, label in labels],
+            "textposition": ["top center" if end >= 0 else "bottom center" for _, end, _ in labels],
+            "textfont": {"size": 12, "color": palette.text},
+            "cliponaxis": False,
+            "showlegend": False,
+            "hoverinfo": "skip",
+        }
+    )
     columns = ["mode", "real part 1/s", "imaginary part rad/s", "frequency Hz", "damping ratio", "sd of it", "time"]
-    subtitle = "band: 1 sd of what is stated" if at.uncertain else "no sd is stated, so no band"
+    stated = "error bars: one standard uncertainty (stated ones only)"
+    subtitle = stated if at.uncertain else "no error bars: no uncertainty is stated"
     return figure(
         "damping",
         data,
         palette,
         title=f"Damping of the oscillations at {speed:.4g} m/s",
         below=subtitle,
-        yaxis={"title": {"text": "Damping ratio (below 0: grows)"}},
-        xaxis={"type": "category"},
+        yaxis={
+            "title": {"text": "Damping ratio (below 0: grows)"},
+            "range": [low - LABEL_SHARE * span if low < 0 else 0.0, high + LABEL_SHARE * span],
+        },
+        xaxis={"type": "category", "tickangle": 0},
         meta={"columns": columns, "rows": rows},
     )
+
+
+LABEL_SHARE = 0.18  # of the axis: the height of a label of two lines beyond the longest bar
+
+
+def ratio_text(ratio: float, sd: float) -> str:
+    """Write a damping ratio with its standard uncertainty on a second line, to the digit that is uncertain."""
+    if math.isnan(sd) or sd <= 0:
+        return f"{ratio:.3g}"
+    digits = max(0, -math.floor(math.log10(sd)))
+    if digits > 5:
+        return f"{ratio:.5f}<br>± {sd:.0e}"
+    return f"{ratio:.{digits}f}<br>± {sd:.{digits}f}"
 
 
 def sensitivity_figure(ranking: Ranking, palette: Palette) -> Figure:
@@ -425,17 +463,17 @@ def sensitivity_figure(ranking: Ranking, palette: Palette) -> Figure:
         "sensitivity",
         [bars],
         palette,
-        title=f"What moves {words} at {ranking.speed:.4g} m/s",
-        below="change for +1 sd of each; hatched: towards unstable",
-        xaxis={"title": {"text": "Real part, 1/s"}},
+        title=f"Sensitivity of {words} at {ranking.speed:.4g} m/s",
+        below="for +1 standard uncertainty; hatched: destabilising",
+        xaxis={"title": {"text": "Change of the real part, 1/s"}},
         yaxis={"type": "category"},
         meta={"columns": columns, "rows": rows},
     )
 
 
 def amplitude_figure(traces: Sequence[Trace], fast: float, palette: Palette) -> Figure:
-    """Draw the steer amplitude (deg) over speed on tyres that saturate, thin where the motion does not last."""
-    columns = ["mode", "speed m/s", "amplitude at the bar, deg", "frequency Hz", "stable"]
+    """Draw the steer amplitude (deg) of limit cycles over speed, on tyres that saturate; dotted where unstable."""
+    columns = ["mode", "speed m/s", "steer amplitude deg", "frequency Hz", "stable"]
     data: list[dict[str, Any]] = []
     rows: list[list[Any]] = []
     for trace in traces:
@@ -459,10 +497,10 @@ def amplitude_figure(traces: Sequence[Trace], fast: float, palette: Palette) -> 
         "amplitude",
         data,
         palette,
-        title="Amplitude at the bar" if traces else f"No motion begins up to {fast:g} m/s",
-        below="D = 0.8, or the curves of the tyre's file; dotted: does not last",
+        title="Limit cycles over speed" if traces else f"No limit cycle up to {fast:g} m/s",
+        below="peak factor 0.8 or the tyre's curves; dotted: unstable",
         xaxis={"title": {"text": "Speed, m/s"}, "range": [0, fast]},
-        yaxis={"title": {"text": "Amplitude, °"}, "rangemode": "tozero"},
+        yaxis={"title": {"text": "Steer amplitude, °"}, "rangemode": "tozero"},
         meta={"columns": columns, "rows": rows},
     )
 

@@ -12,9 +12,11 @@ from bicycle.files.bicycle_files import WRITERS, load_bicycle
 from bicycle.files.bicycle_numbers import model_table
 from bicycle.model.model_file import MODEL
 from bicycle.parameters.bicycle import UNITS
-from studies.explorer.models import refuse_other_files
+from bicycle.stability.critical import critical_speeds
+from studies.explorer.models import model_of, refuse_other_files
 from studies.explorer.state import State, make_dotted_keys, parse_state
 from studies.explorer.tyre_files import TYRES, shown_name, tyre_names, with_tyres
+from studies.model_space.lasting_motions import WOBBLE
 from studies.model_space.model_argument import choose
 from tyre.ground import schema
 from tyre.ground.errors import InputError
@@ -66,7 +68,22 @@ def start_state(model: str | None) -> State:
     if isinstance(bicycle, str) and Path(bicycle.partition("#")[0]).is_file():
         parameters = load_bicycle(bicycle, allow_unusual=bool(content.get(WAY_OUT)))
         content["bicycle"], name = model_table(parameters), parameters.name
-    return parse_state(State(model=make_dotted_keys(content), name=name[:80]).address)
+    return widen_range(parse_state(State(model=make_dotted_keys(content), name=name[:80]).address))
+
+
+FAR = 30.0  # m/s, up to which a loaded model is searched for critical speeds beyond the range shown
+
+
+def widen_range(state: State) -> State:
+    """Extend the speeds of a loaded model to 30 m/s if wobble becomes unstable or a critical speed is not shown."""
+    try:
+        critical = critical_speeds(model_of(state).linear_model(), max_speed=FAR)
+    except InputError:  # which the page shows with the model
+        return state
+    beyond = any(
+        state.fast < speed.speed or (speed.destabilising and WOBBLE in speed.mode.split("+")) for speed in critical
+    )
+    return replace(state, fast=FAR) if beyond and state.fast < FAR else state
 
 
 def _read(state: State, path: Path) -> tuple[State, tuple[str, ...]]:
@@ -91,7 +108,7 @@ def _read(state: State, path: Path) -> tuple[State, tuple[str, ...]]:
 
 def _take_model(state: State, model: Any, name: str) -> State:
     """Put a model, as dotted keys, into a state, without a rider."""
-    return parse_state(replace(state, model=model, name=name[:80], rider="").address)
+    return widen_range(parse_state(replace(state, model=model, name=name[:80], rider="").address))
 
 
 def with_files(state: State, files: Sequence[tuple[str, bytes]], *, most: int = 20) -> tuple[State, tuple[str, ...]]:

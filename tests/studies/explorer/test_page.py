@@ -18,6 +18,7 @@ import pytest
 
 from bicycle import Model, read_model
 from bicycle.model import build_model
+from studies.explorer import start_state
 from tests.shared.explorer_page import NOTHING_WAITS, QUIET, serious, settled, until
 
 PUBLISHED = {
@@ -223,6 +224,53 @@ def test_no_serious_finding_of_axe(opened):
     assert page.locator("#motion-views svg path").first.get_attribute("d") == still
     page.emulate_media(color_scheme="light")
     page.set_viewport_size({"width": 1300, "height": 900})
+
+
+BOXES = """name => {
+  const graph = document.querySelector('#' + name + ' .js-plotly-plot');
+  const box = part => { const r = part.getBoundingClientRect(); return [r.left, r.top, r.right, r.bottom]; };
+  const all = selector => [...graph.querySelectorAll(selector)].map(box);
+  return {graph: box(graph), titles: all('.gtitle, .gtitle-subtitle'), legend: all('.legend .bg'),
+          axes: all('.xtitle, .x2title, .xtick text'), labels: all('.textpoint text'), bars: all('.yerror')};
+}"""
+
+
+def overlap(one, other):
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_nothing_of_a_figure_is_cut_or_printed_over(shared, opened, width):
+    """With a soft front frame: six modes, wobble unstable at 10 m/s, a title of three lines."""
+    shared.set_viewport_size({"width": width, "height": 900})
+    page = opened(f"{start_state(None).address}&x=speed%3D2:30&y=pressure_bar", new=True)
+    settled(page, "10")
+    until(page, NOTHING_WAITS)
+    page.click("#draw-chart")
+    page.wait_for_selector("#chart-place:not([hidden]) #chart .scatterlayer .trace", state="attached")
+    page.wait_for_selector("#amplitude .legend", state="attached")
+    for name in ("modes", "critical", "locus", "damping", "sensitivity", "amplitude", "chart"):
+        boxes = page.evaluate(BOXES, name)
+        left, top, right, bottom = boxes.pop("graph")
+        assert boxes["titles"]
+        for part in (part for parts in boxes.values() for part in parts):
+            assert left - 1 <= part[0] < part[2] <= right + 1, (name, part)
+            assert top - 1 <= part[1] < part[3] <= bottom + 1, (name, part)
+        for label in boxes["labels"]:
+            assert not any(overlap(label, bar) for bar in boxes["bars"]), name
+            assert not any(overlap(label, other) for other in boxes["labels"] if other != label), name
+        for legend in boxes["legend"]:
+            assert boxes["axes"]
+            assert all(part[3] <= legend[1] + 1 for part in boxes["axes"]), (name, legend, boxes["axes"])
+    sizes = page.eval_on_selector_all("#damping .textpoint text", "all => all.map(t => getComputedStyle(t).fontSize)")
+    assert sizes == ["12px"] * 4
+    marks = page.eval_on_selector_all(
+        "#chart .legend .traces",
+        "all => all.map(one => [one.textContent, getComputedStyle(one.querySelector('.js-line')).strokeDasharray])",
+    )
+    looks = {words: dash for words, dash in marks if words in ("model", "measured pressure")}
+    assert len(looks) == len(set(looks.values())) == 2
+    shared.set_viewport_size({"width": 1300, "height": 900})
 
 
 def kept_in(download):

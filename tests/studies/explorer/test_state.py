@@ -3,6 +3,7 @@
 import json
 import subprocess
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -210,8 +211,39 @@ def test_the_model_of_the_command_line(tmp_path):
     assert (start.content["bicycle"], start.slow, start.fast) == ("pista_charlie_drops", 1.0, 30.0)
     assert {"relaxation_length", "front_compliance"} < set(start.content["effects"])
     assert "wobble" in [c.mode for c in site.compute_modes(start).critical]
+    assert site.start_state("pista").fast == 10
     with pytest.raises(InputError, match="unknown bicycle or model 'pisto'; did you mean 'pista'"):
         site.start_state("pisto")
+
+
+@pytest.mark.parametrize("damping", [12, 30])
+def test_a_model_whose_wobble_becomes_unstable_is_shown_up_to_30_m_s(tmp_path, damping):
+    """At 30 N m s/rad its wobble is unstable from 8.5 to 27.7 m/s; at 12, from 2.8 to beyond 30 m/s."""
+    model = (
+        'bicycle = "pista_charlie_drops"\n[effects.relaxation_length]\ntyre = "Tyre1"\npressure_bar = 5.5\n'
+        f"[effects.front_compliance]\nstiffness = 4000\ndamping = {damping}\njoint_x = 0.86\njoint_z = -0.65\n"
+    )
+    (tmp_path / "soft.toml").write_text(model)
+    state = site.start_state(str(tmp_path / "soft.toml"))
+    wobble = [c.speed for c in site.compute_modes(state).critical if c.mode == "wobble"]
+    assert wobble == pytest.approx([8.512689, 27.743905] if damping == 30 else [2.849701])  # velotyre critical
+    assert state.fast == site.with_file(site.State(), "soft.toml", model.encode())[0].fast == 30
+    farther = site.parse_state("fast=50")
+    assert site.with_file(farther, "soft.toml", model.encode())[0].fast == 50
+
+
+def test_a_label_below_zero_is_under_its_bar():
+    names = {name: np.array([[complex(-ratio, 1)]]) for name, ratio in (("weave", 0.4), ("wobble", -0.05))}
+    modes = SimpleNamespace(
+        speeds=np.array([10.0]), branches=names, frequency=lambda name: np.array([0.16]),
+        damping_ratio=lambda name: -names[name][0].real,
+    )  # fmt: skip
+    at = SimpleNamespace(named=modes, sd={"weave": 0.02, "wobble": 7e-5}, uncertain=("c",))
+    figure = site.damping_figure(at, site.LIGHT)
+    labels, (low, _) = figure["data"][-1], figure["layout"]["yaxis"]["range"]
+    assert labels["text"] == ["0.40<br>± 0.02", "-0.05000<br>± 0.00007"]
+    assert labels["textposition"] == ["top center", "bottom center"]
+    assert low < labels["y"][1] < -0.05 - 7e-5
 
 
 def test_a_rider_is_part_of_the_model_that_is_saved():
@@ -231,6 +263,14 @@ def test_figures_at_one_speed():
     assert figure["data"][0]["error_y"]["visible"]
     exact = site.damping_figure(site.at_speed(site.State()), site.LIGHT)  # nothing is stated
     assert not exact["data"][0]["error_y"]["visible"]
+    (labels,) = [one for one in figure["data"] if one.get("mode") == "text"]
+    bars = [one for one in figure["data"] if one["type"] == "bar"]
+    low, high = figure["layout"]["yaxis"]["range"]
+    for bar, end, text in zip(bars, labels["y"], labels["text"], strict=True):
+        (ratio,), (sd,) = bar["y"], bar["error_y"]["array"]
+        assert ratio + sd < end < high - 0.12 * (high - low)  # beyond the error bar, with room for two lines
+        value, _, uncertainty = text.partition("<br>± ")
+        assert (float(value), float(uncertainty)) == (pytest.approx(ratio, abs=sd), pytest.approx(sd, rel=0.5))
     top = site.sensitivity_figure(site.ranking(state), site.DARK)
     sizes = [abs(x) for x in top["data"][0]["x"]]
     assert sizes == sorted(sizes)
@@ -263,7 +303,7 @@ def test_amplitudes_over_speed():
         assert whole["y"] == one.amplitude.tolist()
         assert [y is not None for y in lasting["y"]] == (one.lasting | (one.amplitude == 0)).tolist()
     assert len(figure["layout"]["meta"]["rows"]) == sum(len(one.speed) for one in found)
-    assert site.amplitude_figure((), 20.0, site.DARK)["layout"]["title"]["text"] == "No motion begins up to 20 m/s"
+    assert site.amplitude_figure((), 20.0, site.DARK)["layout"]["title"]["text"] == "No limit cycle up to 20 m/s"
     words = site.figure_or_words(
         "amplitude", lambda: site.amplitude_figure(site.amplitudes(site.State()), 20.0, site.LIGHT), site.LIGHT
     )["layout"]
