@@ -48,8 +48,6 @@ Every name is imported from ``tyre``, ``bicycle`` or ``studies`` when it is aske
 from importlib import import_module
 from typing import Any
 
-from tyre.ground.renamed import now_called
-
 PLACES = {
     "bicycle": (
         "Bicycle", "Effect", "LinearModel", "Mode", "Model", "Parameter", "available_bicycles", "effect_class",
@@ -85,6 +83,8 @@ def __getattr__(name: str) -> Any:
     elif name[:1].isupper():
         value = getattr(import_module(f"{__name__}.effects"), name)
     else:
+        from tyre.ground.renamed import now_called
+
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}{now_called(name, HOME)}")
     globals()[name] = value
     return value
