@@ -114,7 +114,10 @@ def test_the_built_site_loads_nothing_from_a_network():
 
 @needs_site
 def test_the_built_page_shows_the_help_of_every_command(helps):
-    shown = html.unescape(re.sub(r"<[^>]+>", "", (BUILT / "command_line.html").read_text(encoding="utf-8")))
+    built = BUILT / "command_line.html"
+    if built.stat().st_mtime < max(module.stat().st_mtime for module in (ROOT / "studies").rglob("*.py")):
+        pytest.skip("the site was built before the commands changed: sphinx-build docs out/docs")
+    shown = html.unescape(re.sub(r"<[^>]+>", "", built.read_text(encoding="utf-8")))
     assert [words for words, text in helps.items() if text.rstrip("\n") not in shown] == []
 
 
