@@ -27,7 +27,10 @@ from studies.reporting.command_context import example
 @click.option(
     "--json", "json_file", type=click.Path(allow_dash=True), help="Write the result as JSON; - is standard output."
 )
-def command(model_file: str | None, out: str, workers: int | None, json_file: str | None, **inputs: object) -> None:
+@click.option("--rule", is_flag=True, help="Print the rule by which the answer is graded, and exit.")
+def command(
+    model_file: str | None, out: str, workers: int | None, json_file: str | None, *, rule: bool, **inputs: object
+) -> None:
     import os
     from pathlib import Path
 
@@ -36,6 +39,11 @@ def command(model_file: str | None, out: str, workers: int | None, json_file: st
     from studies.reporting.output import check_targets, write_json
     from tyre.ground.errors import InputError
 
+    if rule:
+        from studies.main_study import on_a_terminal, rule_of_grades
+
+        click.echo(on_a_terminal(rule_of_grades()))
+        return
     folder = Path(out)
     if not out.strip() or (folder.exists() and not folder.is_dir()):
         why = "is a file" if out.strip() else "is no folder name"

@@ -467,6 +467,11 @@ class Plausible:
         return np.nan_to_num(self.end - self.onset, nan=0.0)
 
     @property
+    def wobbling_share(self) -> float:
+        """Share of the computed samples that wobble at some speed looked at."""
+        return float((~np.isnan(self.onset)).sum() / self.count)
+
+    @property
     def stable_count(self) -> int:
         """Number of bicycles that do not wobble at any speed looked at."""
         return int((np.isnan(self.onset) & self.computed).sum())

@@ -16,6 +16,7 @@ from bicycle.stability.critical import CriticalSpeed
 from studies.main_study import figures
 from studies.main_study.cases import TyreCase, WheelTyre
 from studies.main_study.compare import CRITICAL, DAMPING, Change
+from studies.main_study.grades import GRADE_RULES
 from studies.main_study.published import Shown, compare_findings
 from studies.main_study.result import Result, UncertainCriticalSpeed
 from studies.main_study.screen import answer
@@ -67,6 +68,12 @@ def first_screen(study: Study, content: dict[str, Any] | None = None) -> str:
     return render_file(PACKAGE, "answer.md.j2", content or facts(study), escaped=False, filters=FILTERS)
 
 
+def rule_of_grades() -> str:
+    """Write the rule by which the answer is graded as Markdown."""
+    content = {"limits": LIMITS, "rules": GRADE_RULES}
+    return render_file(PACKAGE, "rule.md.j2", content, escaped=False, filters=FILTERS)
+
+
 def on_a_terminal(text: str, width: int = 110) -> str:
     """Show the Markdown of a first screen without its marks, with its table in columns."""
     from tabulate import tabulate
@@ -103,6 +110,7 @@ def facts(study: Study) -> dict[str, Any]:
         "study": study,
         "settings": settings,
         "limits": LIMITS,
+        "rules": GRADE_RULES,
         "a": answer(study),
         "comparisons": comparisons,
         "verdicts": Counter(comparison.verdict for comparison in comparisons if comparison.ours),

@@ -1,46 +1,45 @@
-"""The answer: what less air does to the wobble of a bicycle in four worlds and on plausible bicycles, by one rule.
+"""First screen of the main study: what lower pressure does to wobble, case by case and over parameter samples.
 
-Less air moves wobble where the range of its unstable speeds becomes longer, or shorter, by :attr:`Limits.practical`.
-
-- ``yes``: it moves one way in a world that rests on no assumed front, the other way in none, and in at least
-  :attr:`Limits.agree` of the plausible bicycles likewise.
-- ``no practical difference``: it moves in none of the four worlds, and in at most the rest of the plausible bicycles.
-- ``inconclusive``: all else, and whenever a world is not known.
-
-A tyre of one condition has no less air; then the question is if it wobbles at all, over as many speeds, by that rule.
+A change counts if the unstable range widens or narrows by at least :attr:`Limits.practical`. The grade of the answer
+follows from the samples of the reference case by the rules of :mod:`studies.main_study.grades`. A tyre of one
+condition has no lower pressure; then the question is if the bicycle wobbles over at least that range.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from studies.main_study.compare import Amplitude, Hinge
+from studies.main_study.compare import Amplitude, Hinge, Plausible, front_draws
+from studies.main_study.grades import GRADE_RULES, GradedAnswer, grade_samples
 from studies.main_study.result import Result, Span
-from studies.main_study.settings import LIMITS, Setup
+from studies.main_study.settings import LIMITS, OF_FRONT, Settings, Setup
 from studies.main_study.study import Study, pressure_ends
 from tyre.ground.arrays import Array
 
-YES, NO_DIFFERENCE, NO, UNKNOWN = "yes", "no practical difference", "no", "inconclusive"
-
-# Why it inconclusive: no front is known or assumed; a world could not be computed; no world moves, but plausible
-# bicycles do; worlds move both ways; the plausible bicycles do not agree; only worlds of an assumed front move.
-NO_FRONT, WORLD_MISSING, BICYCLES_MOVE = "no front", "world missing", "bicycles move"
-WORLDS_DIFFER, BICYCLES_DIFFER, FRONT_ASSUMED = "worlds differ", "bicycles differ", "front assumed"
-
-# Size of the wobble at the bar: it lasts; not known; none without a kick; none
+# Steer amplitude of wobble: it lasts; not known; none without an impulse; none
 LASTS, NOT_KNOWN, KICKED, NONE = "lasts", "not known", "kicked", "none"
 OF_TYRE = {"trail": "trail", "twisting": "twisting torque", "camber_share": "camber thrust"}
 
 
-@dataclass(frozen=True)
-class World:
-    """Wobble of the tyre in question in one world at both ends of its pressures; ``high`` is None for one condition."""
+class Cell(NamedTuple):
+    """Unstable wobble of one case at one pressure."""
 
-    setup: Setup  # hands and front
+    span: Span | None  # None: stable
+    share: float | None  # of its samples that wobble; None: none were drawn
+
+
+@dataclass(frozen=True)
+class CaseComparison:
+    """Wobble of the tyre in question in one case at both ends of its pressures; ``high`` is None for one condition."""
+
+    setup: Setup  # hands and front frame
     low: Result  # at the lowest pressure, or at the one condition
     high: Result | None
-    limit: float  # m/s, up to which speeds are looked at
+    limit: float  # m/s, highest speed that is looked at
+    # share of the samples of the case that wobble, as ``results``; empty: none were drawn
+    wobbling: tuple[float, ...]
 
     @property
     def results(self) -> tuple[Result, ...]:
@@ -51,6 +50,12 @@ class World:
     def spans(self) -> list[Span | None]:
         """Unstable wobble of each of the ``results``; None where there is none."""
         return [result.span(self.limit) for result in self.results]
+
+    @property
+    def cells(self) -> list[Cell]:
+        """Cells of its row, as ``results``."""
+        shares = self.wobbling or (None, None)
+        return [Cell(span, share) for span, share in zip(self.spans, shares, strict=False)]
 
     @property
     def longer(self) -> float:
@@ -65,7 +70,7 @@ class World:
 
     @property
     def assumed(self) -> bool:
-        """True if the world rests on a front that nobody measured."""
+        """True if the case rests on a front frame that nobody measured."""
         return self.setup.assumed
 
     @property
@@ -79,16 +84,16 @@ class World:
         return any(result.case.out_of_reach for result in self.results)
 
     @property
-    def moves(self) -> int:
-        """1 if less air brings wobble closer, -1 if farther away, 0 if no rider meets the difference."""
-        return int(np.sign(self.longer)) if abs(self.longer) >= LIMITS.practical else 0
+    def hands_assumed(self) -> bool:
+        """True if the arms on the handlebar are assumed."""
+        return self.setup.arms is not None and not self.setup.arms.from_file
 
 
 @dataclass(frozen=True, eq=False)
 class BarWobble:
-    """How large wobble gets at the bar in one case."""
+    """Steer amplitude of wobble in one case."""
 
-    amplitude: Amplitude  # motions of the case in the reference world
+    amplitude: Amplitude  # motions of the reference case
     state: str  # LASTS, NOT_KNOWN, KICKED or NONE
 
 
@@ -96,35 +101,34 @@ class BarWobble:
 class Answer:
     """Facts of the first screen on the tyre in question."""
 
-    word: str  # YES, NO_DIFFERENCE, NO or UNKNOWN
-    doubt: str  # NO_FRONT ... FRONT_ASSUMED: why it inconclusive; empty if it can
-    worlds: tuple[World, ...]  # reference first
-    longer: int  # plausible bicycles that less air brings closer
-    shorter: int  # plausible bicycles from which less air takes wobble farther away
-    count: int  # plausible bicycles that are compared
-    hinges: tuple[Hinge, ...]  # the largest change of the least damping ratio first
+    graded: GradedAnswer  # for it: samples whose unstable range widens; of one condition: samples that wobble
+    front_known: bool  # False: no front frame is known, and none is assumed
+    cases: tuple[CaseComparison, ...]  # reference first
+    case_count: int  # cases that were asked for
+    hinges: tuple[Hinge, ...]  # the largest change of the minimum damping ratio first
     at_bar: tuple[BarWobble, ...]  # at the lowest and, if there are two, at the highest pressure
     assumed: tuple[str, ...]  # names of what is assumed and not measured
 
     @property
-    def reference(self) -> World:
-        """World in which wobble is worst."""
-        return self.worlds[0]
+    def complete(self) -> bool:
+        """True if all cases of hands and front frame could be computed."""
+        return len(self.cases) == self.case_count
+
+    @property
+    def reference(self) -> CaseComparison:
+        """Case in which wobble is worst: hands off, flexible front frame if one is known."""
+        return self.cases[0]
+
+    @property
+    def hands_on(self) -> CaseComparison | None:
+        """Reference case with the hands on the handlebar; None without samples of it."""
+        setup = self.reference.setup
+        return next((c for c in self.cases if c.setup.arms and c.setup.front == setup.front and c.wobbling), None)
 
     @property
     def asks_pressure(self) -> bool:
         """True if there are two pressures to compare."""
         return self.reference.high is not None
-
-    @property
-    def farther(self) -> bool:
-        """True if the answer is yes because less air takes wobble farther away."""
-        return self.word == YES and self.asks_pressure and any(world.moves < 0 for world in self.worlds)
-
-    @property
-    def unmoved(self) -> int:
-        """Number of plausible bicycles that less air brings neither closer nor farther away."""
-        return self.count - self.longer - self.shorter
 
     @property
     def tells_size(self) -> bool:
@@ -134,7 +138,7 @@ class Answer:
 
     @property
     def change(self) -> float | None:
-        """Change of the least damping ratio in the reference world by less air; None if one pressure has no wobble."""
+        """Change of the minimum damping ratio by the lower pressure, reference case; None without wobble at one."""
         low, high = self.reference.low.least, self.reference.high and self.reference.high.least
         return low.damping_ratio - high.damping_ratio if low and high else None
 
@@ -159,27 +163,52 @@ def answer(study: Study) -> Answer:
     settings, limit = study.settings, study.settings.fastest
     ends = pressure_ends(study.subject)
     high_case, low_case = ends[0] if ends else (None, study.focus)
-    worlds = []
+    cases = []
     for setup in settings.setups:
         low = study.result(setup, low_case)
         high = study.result(setup, high_case) if high_case else None
         if low and (high or not high_case):
-            worlds.append(World(setup, low, high, limit))
-    change = _sampled_change(study, worlds[0])
-    longer, shorter = (int((sign * change >= LIMITS.practical).sum()) for sign in (1, -1))
-    moves = [(world.moves, world.assumed) for world in worlds]
-    word = word_of(moves, longer, shorter, len(change), two=bool(ends))
+            samples = [study.samples_around(result) for result in (low, high) if result]
+            wobbling = tuple(sample.wobbling_share for sample in samples if sample and sample.count)
+            cases.append(CaseComparison(setup, low, high, limit, wobbling))
+    reference = cases[0]
     return Answer(
-        word=word,
-        doubt=_doubt_of(moves, front_known=settings.front is not None) if word == UNKNOWN else "",
-        worlds=tuple(worlds),
-        longer=longer,
-        shorter=shorter,
-        count=len(change),
+        graded=grade(settings, study.assumed_of_tyre, *map(study.samples_around, reference.results)),
+        front_known=settings.front is not None,
+        cases=tuple(cases),
+        case_count=len(settings.setups),
         hinges=tuple(hinge for hinge in study.hinges if hinge.comparable),
         at_bar=tuple(_judge_size(study, amplitude) for amplitude in study.amplitudes),
         assumed=_name_assumed(study),
     )
+
+
+def grade(settings: Settings, assumed_of_tyre: tuple[str, ...], *samples: Plausible | None) -> GradedAnswer:
+    """Grade the answer by the ``samples`` at the lowest and, if there are two, at the highest pressure.
+
+    Without a front frame wobble cannot be judged, so the grade is inconclusive.
+    """
+    drawn = [sample for sample in samples if sample]
+    if not settings.front or not drawn or len(drawn) < len(samples):
+        return grade_samples(np.zeros(0), {})
+    computed = np.logical_and.reduce([sample.computed for sample in drawn])
+    lengths = [sample.unstable[computed] for sample in drawn]
+    numbers = {name: values[computed] for name, values in unmeasured(settings, assumed_of_tyre).items()}
+    if len(lengths) == 1:
+        return grade_samples(np.where(lengths[0] >= LIMITS.practical, 1, -1), numbers, either=True)
+    change = lengths[0] - lengths[1]
+    return grade_samples(np.sign(change) * (np.abs(change) >= LIMITS.practical), numbers)
+
+
+def unmeasured(settings: Settings, assumed_of_tyre: tuple[str, ...]) -> Mapping[str, Array]:
+    """Numbers (samples,) of each assumption of the reference case that nobody measured, in the units of its range."""
+    drawn, front = front_draws(settings), settings.front
+    names = list(assumed_of_tyre)
+    if front:
+        names += [*OF_FRONT, "hinge"] if not front.from_file else front.defaults
+    if settings.ranges.friction[1] > 0:
+        names.append("friction")
+    return {name: drawn[name] for name in names}
 
 
 def _judge_size(study: Study, amplitude: Amplitude) -> BarWobble:
@@ -196,11 +225,11 @@ def _judge_size(study: Study, amplitude: Amplitude) -> BarWobble:
 
 
 def _name_assumed(study: Study) -> tuple[str, ...]:
-    """Name what is assumed of bicycle, hands and tyre; the star marks the worlds of an assumed front."""
+    """Name what is assumed of bicycle, hands and tyre; the star marks the cases in which it is."""
     settings = study.settings
     names = []
     if settings.front and not settings.front.from_file:
-        names.append("flexible front*")
+        names.append("front frame")
     if not settings.arms.from_file:
         names.append("arms")
     names += settings.left_out
@@ -209,59 +238,13 @@ def _name_assumed(study: Study) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _sampled_change(study: Study, world: World) -> Array:
-    """Change of the length of unstable speeds, m/s, by less air, of each plausible bicycle (n,); empty if none drawn.
-
-    Of a tyre of one condition it is the length itself.
-    """
-    samples = []
-    for result in (world.low, world.high):
-        if result:
-            bicycles = study.samples_around(result)
-            if not bicycles:
-                return np.zeros(0)
-            samples.append(bicycles)
-    computed = np.logical_and.reduce([bicycles.computed for bicycles in samples])
-    low_length, *high_length = (bicycles.unstable[computed] for bicycles in samples)
-    return np.asarray(low_length - sum(high_length))
-
-
 def unstable_length(span: Span | None, limit: float) -> float:
     """Length (m/s) of the unstable speeds up to ``limit``."""
     return min(span.high, limit) - span.low if span else 0.0
 
 
-def word_of(worlds: list[tuple[int, bool]], longer: int, shorter: int, count: int, *, two: bool = True) -> str:
-    """Choose the word: ``worlds`` holds how each moves and if it rests on an assumed front (see the module).
-
-    ``longer`` and ``shorter`` of ``count`` plausible bicycles move so; ``two`` is False for a tyre of one condition.
-    """
-    if len(worlds) < 4:
-        return UNKNOWN
-    directions = {moves for moves, _ in worlds} - {0}
-    if not directions:
-        return (NO_DIFFERENCE if two else NO) if (longer + shorter <= LIMITS.disagree * count) else UNKNOWN
-    agree = longer if directions == {1} else shorter
-    measured = any(moves and not assumed for moves, assumed in worlds)
-    return YES if len(directions) == 1 and measured and agree >= LIMITS.agree * count else UNKNOWN
-
-
-def _doubt_of(worlds: list[tuple[int, bool]], *, front_known: bool) -> str:
-    """Say why it inconclusive; ``worlds`` as in :func:`word_of`."""
-    moving = [(moves, assumed) for moves, assumed in worlds if moves]
-    if not front_known:
-        return NO_FRONT
-    if len(worlds) < 4:
-        return WORLD_MISSING
-    if not moving:
-        return BICYCLES_MOVE
-    if len({moves for moves, _ in moving}) > 1:
-        return WORLDS_DIFFER
-    return FRONT_ASSUMED if all(assumed for _, assumed in moving) else BICYCLES_DIFFER
-
-
 def record(study: Study, answer: Answer) -> dict[str, Any]:
-    """Make the answer JSON-ready: the question, the word, the table of worlds, and the numbers of the rule."""
+    """Make the answer JSON-ready: question, grade, table of cases, samples, and the numbers of the rule."""
     limit = study.settings.fastest
 
     def end(result: Result | None) -> dict[str, Any] | None:
@@ -277,30 +260,52 @@ def record(study: Study, answer: Answer) -> dict[str, Any]:
             "min_damping_ratio": result.least.damping_ratio if result.least else None,
         }
 
+    graded = answer.graded
+    split = graded.split
     return {
         "bicycle": study.settings.bicycle.name,
         "tyre": study.focus.tyre,
         "surface": study.focus.surface,
-        "word": answer.word,
+        "question": "widens" if answer.asks_pressure else "wobbles",
+        "answer": graded.grade.value,
+        "depends_on": split and {"assumption": split.name, "share_below": split.below, "share_above": split.above},
         "searched_m_s": [0.0, limit],
-        "worlds": [
+        "cases": [
             {
-                "hands": world.setup.hands,
-                "front": world.setup.front_name,
-                "front_assumed": world.assumed,
-                "low": end(world.low),
-                "high": end(world.high),
-                "longer_m_s": world.longer,
-                "moves": world.moves,
+                "hands": case.setup.hands,
+                "hands_assumed": case.hands_assumed,
+                "front_frame": case.setup.front_name,
+                "front_frame_assumed": case.assumed,
+                "low": end(case.low),
+                "high": end(case.high),
+                "longer_m_s": case.longer,
+                "share_of_samples_that_wobble": list(case.wobbling),
             }
-            for world in answer.worlds
+            for case in answer.cases
         ],
-        "rule": {
-            "least_change_m_s": LIMITS.practical,
-            "share_that_must_agree": LIMITS.agree,
-            "plausible_bicycles": answer.count,
-            "longer": answer.longer,
-            "shorter": answer.shorter,
+        "samples": {
+            "count": graded.count,
+            "for": graded.for_it,
+            "against": graded.against,
+            "neither": graded.neither,
         },
-        "hinges": [{"what": hinge.what, "change_of_min_damping_ratio": hinge.size} for hinge in answer.hinges],
+        "rule": rule_record(),
+        "one_at_a_time": [{"what": hinge.what, "change_of_min_damping_ratio": hinge.size} for hinge in answer.hinges],
+    }
+
+
+def rule_record() -> dict[str, Any]:
+    """Make the rule of the grades JSON-ready."""
+    return {
+        "least_change_m_s": LIMITS.practical,
+        "agreement": [
+            {
+                "grades": [rule.grade.value, rule.opposite.value],
+                "lowest_share_one_way": rule.agree,
+                "highest_share_other_way": rule.oppose,
+            }
+            for rule in GRADE_RULES.agreement
+        ],
+        "highest_share_of_little_difference": GRADE_RULES.little,
+        "lowest_difference_between_halves": GRADE_RULES.split,
     }

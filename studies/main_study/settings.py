@@ -62,14 +62,8 @@ class Limits:
     wheel: tuple[float, float] = (0.28, 0.38)  # m, radius of the front wheel: it is that of a racing frame
     fewest: int = 10  # plausible bicycles that wobble: of fewer a band joins all
     practical: float = 1.0  # m/s of unstable speeds: a smaller change is none that a rider meets
-    agree: float = 0.9  # share of the plausible bicycles that must agree with a yes or a no
     slowest: float = -12.0  # 1/s; what decays faster is left out of the picture
     widest: float = 0.9  # of the relaxation length, which contains the half length of the contact
-
-    @property
-    def disagree(self) -> float:
-        """Share of the plausible bicycles that may disagree."""
-        return 1 - self.agree
 
 
 LIMITS = Limits()

@@ -25,7 +25,8 @@ class Study:
     results: tuple[Result, ...]  # of every case in the reference world, of the tyre in question in all
     # of each tyre and surface measured at two pressures, in each world
     decompositions: tuple[compare.Decomposition, ...]
-    plausible: tuple[compare.Plausible, ...]  # lowest and highest pressure of the tyre in question, reference world
+    # lowest and highest pressure of the tyre in question; reference case, then the same with hands on
+    plausible: tuple[compare.Plausible, ...]
     hinges: tuple[compare.Hinge, ...]  # the largest change first
     contact_models: tuple[compare.ContactModels, ...]  # reference world, lowest and highest pressure of that tyre
     sources: compare.Sources  # of the case in focus
@@ -136,7 +137,8 @@ def run_study(settings: Settings, *, distribute: Distribute = run_here, cases: C
     end_cases = tuple(dict.fromkeys((subject[0], subject[-1])))
     end_results = [_find(results, case, settings.reference) for case in end_cases]
     ends = [(settings, r.case, r.setup) for r in end_results]
-    plausible = distribute(compare.sample_bicycles, ends, "plausible bicycles")
+    sampled = [(settings, case, setup) for setup in settings.setups[:2] for case in end_cases]
+    plausible = distribute(compare.sample_bicycles, sampled, "parameter samples")
     checks = distribute(compare.check, [(settings, r) for r in end_results], "Monte Carlo")
     amplitudes = distribute(compare.amplitude, ends, "amplitude of wobble")
 

@@ -21,7 +21,7 @@ def test_the_tyre_in_question_is_solved_in_every_world_and_the_others_in_the_fir
     assert [case.condition for case in racing.subject] == ["3.5 bar", "5.5 bar", "7.5 bar"]
     assert racing.focus.condition == "5.5 bar"
     assert [(p.setup, p.case.condition) for p in racing.plausible] == [
-        (racing.settings.reference, "3.5 bar"), (racing.settings.reference, "7.5 bar")
+        (setup, condition) for setup in racing.settings.setups[:2] for condition in ("3.5 bar", "7.5 bar")
     ]  # fmt: skip
     assert [one.result.case.condition for one in racing.checks] == ["3.5 bar", "7.5 bar"]
     for one in racing.checks:
@@ -63,7 +63,7 @@ def test_a_case_that_cannot_be_computed_in_a_world_is_left_out_and_told(failing,
     main_study.write_report(found, tmp_path)
     text = read_report(tmp_path)
     assert "- Tyre1 flat, 3.5 bar, hands on, rigid front frame: no such model" in text
-    assert "Not all four worlds could be computed." in text
+    assert "Not all cases could be computed; the report says why." in text
     main_study.write_tables(found, tmp_path)
     main_study.draw_critical_speeds(found, tmp_path / "f")
 
@@ -86,10 +86,10 @@ def test_run_prints_the_question_then_the_answer_and_writes_all(racing, monkeypa
     folder = tmp_path / "new" / "out"
     lines = printed("run", "--out", str(folder), "--workers", "1").splitlines()
     assert lines[0] == (
-        "Does less air in Tyre1 (flat track) bring a Pista track bicycle with a rider in the drops closer to wobble?"
+        "Does lower pressure in Tyre1 (flat track) make a Pista track bicycle with a rider in the drops more prone to"
     )
-    assert lines[2].startswith("Inconclusive. ")
-    assert lines[4].split() == ["unstable", "wobble", "3.5", "bar", "7.5", "bar"]
+    assert lines[3].startswith(main_study.answer(racing).graded.grade.words.capitalize())
+    assert lines[7].split() == ["hands,", "front", "frame", "3.5", "bar", "7.5", "bar"]
     assert lines[-2] == f"figure: {(folder / 'headline.png').as_posix()}"
     assert lines[-1] == f"report: {(folder / 'report.html').as_posix()}"
     assert max(map(len, lines[:-1])) <= 110

@@ -1,0 +1,180 @@
+"""Bicycles whose every number is drawn and then known: how often the grade of the main study's answer is right.
+
+Each case is a packaged bicycle with a rider on a measured tyre. Its owner knows the bicycle, the tyre and, in half of
+the cases, the front frame to about a tenth. What nobody measured is drawn from the ranges below, which are written here
+from the documentation and not taken from the package. The truth is the change of the unstable speeds by the lower
+pressure. It is computed from Kane's equations (``kane_bicycle``), which share no code with the package.
+
+A grade *yes* or *probably* is right if the truth is a change of at least 1 m/s in its direction, *little difference* if
+it is smaller.
+"""
+
+import json
+import math
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bicycle.files import load_bicycle
+from bicycle.parameters import Bicycle
+from tests.validation.kane_bicycle import KaneBicycle
+
+BICYCLES = ("pista_charlie_drops", "pista_charlie_hoods", "pista_charlie_upright", "pista_rider", "benchmark",
+            "rigid_rider", "rigid_rider_joined")  # fmt: skip
+TYRES = ("Tyre1", "Tyre2", "Tyre3")
+EFFECTS = ("camber_thrust", "front_compliance", "pneumatic_trail", "relaxation_length", "steer_damper",
+           "twisting_torque")  # fmt: skip
+RANGES = {
+    # a positive lower end: logarithmically even; else even
+    "stiffness": (2500.0, 10000.0),  # N m/rad, of the front frame
+    "damping": (5.0, 40.0),  # N m s/rad, of the front frame
+    "hinge": (0.55, 0.75),  # m above the ground, on the steer axis
+    "friction": (0.0, 1.0),  # N m s/rad, of the steering
+    "camber_share": (0.43, 0.94),  # 1/rad of the wheel load
+    "trail": (0.012, 0.026),  # m, pneumatic trail
+    "twisting": (2.4, 12.0),  # N m/rad
+}
+SD_OF_TYRE = {"stiffness": 0.02, "length": 0.03}  # relative standard uncertainty, half of it common to the pressures
+SD_OF_OWNER = 0.1  # relative, of a front frame that was measured
+SPEEDS = np.arange(0.25, 30.01, 0.5)  # m/s
+WOBBLE_HZ = (4.0, 15.0)
+PRACTICAL = 1.0  # m/s
+
+
+@dataclass(frozen=True)
+class Case:
+    """One bicycle whose numbers are known, and what its owner knows of it."""
+
+    seed: int
+    bicycle: Bicycle  # as its owner knows it
+    tyre: str
+    numbers: dict[str, float]  # of RANGES, SI
+    measured: dict[str, float]  # stiffness, damping and hinge of the front frame as its owner measured them; or empty
+    errors: NDArray[Any]  # (2, 4): relative errors of stiffness and length, rear then front, at each pressure
+
+
+def draw(seed: int) -> Case:
+    """Draw a case from a ``seed``."""
+    rng = np.random.default_rng([281159, seed])
+    numbers = {}
+    for name, (low, high) in RANGES.items():
+        share = rng.random()
+        numbers[name] = low * (high / low) ** share if low > 0 else low + (high - low) * share
+    measured = {}
+    if rng.random() < 0.5:
+        for name in ("stiffness", "damping"):
+            measured[name] = numbers[name] * math.exp(SD_OF_OWNER * rng.standard_normal())
+        measured["hinge"] = numbers["hinge"] + 0.01 * rng.standard_normal()
+    sd = np.tile([SD_OF_TYRE["stiffness"], SD_OF_TYRE["length"]], 2)
+    errors = sd * (rng.standard_normal(4) + rng.standard_normal((2, 4))) / math.sqrt(2.0)
+    return Case(seed, load_bicycle(str(rng.choice(BICYCLES))), str(rng.choice(TYRES)), numbers, measured, errors)
+
+
+def unstable_speeds(case: Case, contact: NDArray[Any]) -> float:
+    """Length (m/s) from the first to the last unstable wobble up to 30 m/s, hands off.
+
+    ``contact`` (4,): cornering stiffness N/rad and relaxation length m, rear then front.
+    """
+    p, numbers = case.bicycle.values, case.numbers
+    rear_load, front_load = _wheel_loads(p)
+    height = numbers["hinge"]
+    parameters = {
+        **p,
+        "front_compliance.stiffness": numbers["stiffness"],
+        "front_compliance.damping": numbers["damping"],
+        "front_compliance.joint_x": p["w"] + p["c"] - height * math.tan(p["lam"]),
+        "front_compliance.joint_z": -height,
+        "front_compliance.axis_tilt": p["lam"],
+        "steer_damper.damping": numbers["friction"],
+        "camber_thrust.lag_share": 1.0,
+    }
+    for k, (wheel, load) in enumerate((("rear", rear_load), ("front", front_load))):
+        parameters[f"relaxation_length.cornering_stiffness.{wheel}"] = contact[2 * k]
+        parameters[f"relaxation_length.relaxation_length.{wheel}"] = contact[2 * k + 1]
+        parameters[f"camber_thrust.camber_stiffness.{wheel}"] = numbers["camber_share"] * load
+        parameters[f"pneumatic_trail.trail.{wheel}"] = numbers["trail"]
+        parameters[f"twisting_torque.twisting_stiffness.{wheel}"] = numbers["twisting"]
+    growth = np.array([_growth(KaneBicycle(parameters, EFFECTS, v).state_matrix()[1]) for v in SPEEDS])
+    unstable = np.flatnonzero(growth > 0)
+    if not len(unstable):
+        return 0.0
+    return _crossing(growth, unstable[-1], 1) - _crossing(growth, unstable[0], -1)
+
+
+def _wheel_loads(p: Any) -> tuple[float, float]:
+    """Loads of rear and front wheel at rest, N, by moments about the contacts."""
+    masses = np.array([p["mR"], p["mB"], p["mH"], p["mF"]])
+    places = np.array([0.0, p["xB"], p["xH"], p["w"]])
+    front = p["g"] * float(masses @ places) / p["w"]
+    return p["g"] * float(masses.sum()) - front, front
+
+
+def _growth(matrix: NDArray[Any]) -> float:
+    """Largest real part (1/s) of the oscillations of wobble's frequencies; -1 without one."""
+    roots = np.linalg.eigvals(matrix)
+    hertz = np.abs(roots.imag) / (2 * np.pi)
+    wobble = roots[(hertz >= WOBBLE_HZ[0]) & (hertz < WOBBLE_HZ[1])]
+    return float(wobble.real.max()) if len(wobble) else -1.0
+
+
+def _crossing(growth: NDArray[Any], k: int, side: int) -> float:
+    """Speed (m/s) past point ``k`` at which the growth is zero, by a straight line, or the end of the range."""
+    j = k + side
+    if not 0 <= j < len(SPEEDS):
+        return 0.0 if side < 0 else float(SPEEDS[-1])
+    return float(SPEEDS[k] + (SPEEDS[j] - SPEEDS[k]) * growth[k] / (growth[k] - growth[j]))
+
+
+def question(case: Case) -> tuple[str, NDArray[Any], int]:
+    """What the package answers its owner: the grade, and the tyre (2, 4) at the lowest and highest pressure."""
+    from studies.main_study import Front, Settings, grade, sample_bicycles, tyre_cases
+
+    known = case.measured
+    front = Front()
+    if known:
+        front = Front(known["stiffness"], known["damping"], known["hinge"], from_file=True)
+    settings = Settings(case.bicycle, tyre=case.tyre, front=front, seed=case.seed)
+    cases = sorted(tyre_cases(settings).studied, key=lambda one: one.pressure_bar)
+    ends = cases[0], cases[-1]
+    samples = [sample_bicycles(settings, end, settings.reference) for end in ends]
+    graded = grade(settings, ("trail", "twisting", "camber_share"), *samples)
+    return str(graded.grade), np.array([end.contact for end in ends]), graded.for_it
+
+
+def judge(seed: int) -> dict[str, Any]:
+    """Answer and truth of one case."""
+    case = draw(seed)
+    answer, contact, widening = question(case)
+    low, high = (unstable_speeds(case, one * (1 + error)) for one, error in zip(contact, case.errors, strict=True))
+    change = low - high
+    return {
+        "seed": seed, "bicycle": case.bicycle.name, "tyre": case.tyre, "front_measured": bool(case.measured),
+        "answer": answer, "widening_samples": widening, "low_m_s": low, "high_m_s": high,
+        "truth": int(np.sign(change)) if abs(change) >= PRACTICAL else 0,
+    }  # fmt: skip
+
+
+AGREES = {"yes": 1, "probably": 1, "no": -1, "probably_not": -1, "little_difference": 0}
+
+
+def run(*, out: Path, seed: int, cases: int = 200, workers: int = 2) -> dict[str, Any]:
+    """Count right grades of ``cases`` bicycles, with Wilson's 95 % intervals; every case goes to a file."""
+    from bicycle.effects import model_workers
+    from tests.validation.cases import wilson
+
+    with model_workers(workers) as pool:
+        rows = list(pool.map(judge, range(seed, seed + cases)))
+    lines = "".join(json.dumps(row) + "\n" for row in rows)
+    (out / "answer_grades_cases.jsonl").write_text(lines, encoding="utf-8")
+    grades = {}
+    for answer, number in Counter(row["answer"] for row in rows).most_common():
+        chosen = [row for row in rows if row["answer"] == answer]
+        grades[answer] = {"cases": number, "truth": dict(Counter(str(row["truth"]) for row in chosen))}
+        if answer in AGREES:
+            right = sum(row["truth"] == AGREES[answer] for row in chosen)
+            grades[answer] |= {"right": right, "interval": [round(end, 3) for end in wilson(right, number)]}
+    return {"grades": grades}
