@@ -29,6 +29,6 @@ LATER = {
     "read_model": "bicycle.model.model_file",
     "respond": "bicycle.motion.responses",
 }
-"""Name -> its home, for what is imported when it is first used; ``__init__.pyi`` tells the types."""
+"""Name -> its module, for what is imported when it is first used; ``__init__.pyi`` holds the types."""
 
 __getattr__, __dir__ = door(__name__, LATER)

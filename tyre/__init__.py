@@ -14,6 +14,6 @@ HOME = {
     "TyreProperties": "tyre.measured.properties", "TyreSource": "tyre.measured.properties",
     "available_tyres": "tyre.maps.map_files", "read_tyre": "tyre.maps.find_tyre",
 }  # fmt: skip
-"""Name -> its home; ``__init__.pyi`` tells the types."""
+"""Name -> its module; ``__init__.pyi`` holds the types."""
 
 __getattr__, __dir__ = door(__name__, HOME)

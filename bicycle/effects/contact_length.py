@@ -57,8 +57,9 @@ class ContactLength(Effect):
             half, length = self.half_length[wheel], next(parameters[key] for key in keys if key in parameters)
             if half >= length:
                 raise InputError(
-                    f"effect {self.identifier!r}: half_length.{wheel} = {half:g} m leaves nothing of the relaxation "
-                    f"length {length:g} m, which contains it (L = sigma + a); give less than {length:g} m"
+                    f"effect {self.identifier!r}: half_length.{wheel} = {half:g} m must be less than the relaxation "
+                    f"length, "
+                    f"{length:g} m, which contains it (L = sigma + a)"
                 )
 
     def apply(self, model: ModelBuilder) -> None:

@@ -59,7 +59,7 @@ _digest_of_module: dict[str, str] = {}
 def _classes_of_file(path: Path) -> tuple[type[Effect], ...]:
     """Effects that a Python file defines; a file that has not changed is run once only."""
     if path.suffix != ".py":
-        raise InputError(f"{path}: effects stand in a Python file, its name ends in .py; {GUIDE}")
+        raise InputError(f"{path}: give a Python file with effects, whose name ends in .py; {GUIDE}")
     try:
         content = path.read_bytes()
     except OSError as error:

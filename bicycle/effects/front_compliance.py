@@ -17,7 +17,7 @@ class FrontCompliance(SprungJoint):
 
     stiffness = Parameter("N m/rad", "of the hinge", typical=(1e3, 1e4), default=3e3, neutral=math.inf, least=2e4)
     damping = Parameter(
-        "N m s/rad", "of the hinge", typical=(5.0, 40.0), evidence="assumed, no front was measured", default=20.0
+        "N m s/rad", "of the hinge", typical=(5.0, 40.0), evidence="assumed, not measured", default=20.0
     )
     joint_x = Parameter("m", "hinge", bounds=ANY, typical=(0.7, 1.0))
     # A fork that bends alone, clamped at its crown, turns about a point two thirds of its length above the axle.

@@ -15,7 +15,7 @@ class HandlebarBag(PointMass):
     x = Parameter("m", "mass centre, ahead of the rear contact", bounds=ANY, typical=(0.6, 1.0), default=0.85)
     z = Parameter("m", "mass centre, z down", bounds=ANY, typical=(-1.1, -0.7), default=-0.9)
     source = "Meijaard, Papadopoulos, Ruina & Schwab (2007), Proc. R. Soc. A 463, appendix B (a further rigid body)"
-    signature = "slower steering: weave needs more speed, and its weight ahead of the steer axis turns the bar"
+    signature = "slower steering: weave becomes stable at a higher speed; its weight turns the handlebar"
 
     def apply(self, model: ModelBuilder) -> None:
         model.add_body(Body("handlebar bag", self.mass, self.x, self.z, 0, 0, fixed_to="front frame"))

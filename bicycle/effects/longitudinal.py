@@ -23,7 +23,12 @@ class Longitudinal(Effect):
     """
 
     drive_force = Parameter(
-        "N", "at the rear contact, beside that against drag", typical=(0.0, 200.0), default=0.0, neutral=0.0, least=10.0
+        "N",
+        "at the rear contact, in addition to that against drag",
+        typical=(0.0, 200.0),
+        default=0.0,
+        neutral=0.0,
+        least=10.0,
     )
     brake_force = Parameter(
         "N", "backwards at both contacts", typical=(0.0, 300.0), default=0.0, neutral=0.0, least=10.0
@@ -48,8 +53,8 @@ class Longitudinal(Effect):
     on_request = "known to its owner"
     moves_load = True
     signature = (
-        "braking and riding downhill take damping from wobble, unless the front is well damped; "
-        "drive and riding uphill give it"
+        "braking and riding downhill reduce the damping of wobble, unless the front frame is well damped; "
+        "drive and riding uphill increase it"
     )
 
     def check(self, bicycle: Mapping[str, float]) -> None:

@@ -34,7 +34,7 @@ class OverturningMoment(Effect):
     )
     source = "Pacejka, Tire and Vehicle Dynamics, ch. 4 (Mx) and 11; Sharp, Evangelou & Limebeer (2004)"
     on_request = "not yet tried in blind cases"
-    signature = "against the lean (positive) weave settles and capsize begins at a lower speed"
+    signature = "against the lean (positive): weave becomes stable and capsize unstable at a lower speed"
 
     def apply(self, model: ModelBuilder) -> None:
         for wheel in model.wheels:

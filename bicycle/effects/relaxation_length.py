@@ -10,10 +10,10 @@ from bicycle.equations.lateral import ModelBuilder
 
 
 class RelaxationLength(Effect):
-    """First-order lateral force, (lambda/v) dF/dt + F = C alpha + camber force, regular at v = 0.
+    """First-order lateral force, (sigma/v) dF/dt + F = C_alpha alpha + camber force, regular at v = 0.
 
-    Written as dF/dt = -(C/lambda) s - (v/lambda) (F - camber force): C/lambda is the lateral stiffness K_y of the
-    standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens lambda to C (1/K_y + 1/K_w).
+    Written as dF/dt = -(C_alpha/sigma) s - (v/sigma) (F - camber force): C_alpha/sigma is the lateral stiffness K_y of
+    the standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens sigma to C_alpha (1/K_y + 1/K_w).
     """
 
     slot = "contact law"

@@ -14,7 +14,7 @@ class RiderDelay(Effect):
     """
 
     requires = ("rider torque",)
-    why = "it delays what the rider's muscles are told; use rider_control"
+    why = "it delays the command to the rider's muscles; use rider_control"
     delay = Parameter("s", "from motion to command", bounds=(1e-3, math.inf), typical=(0.03, 0.3))
     source = "Franklin, Powell & Emami-Naeini, Feedback Control of Dynamic Systems, ch. 5 (Pade approximant)"
     needs_rider = True

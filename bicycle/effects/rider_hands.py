@@ -30,8 +30,8 @@ class RiderHands(Effect):
     modes = (Mode("arms"),)
     needs_rider = True
     acts_through = "steer_torque"
-    on_request = "rider_arms stands for hands; this one has grips that give, too"
-    signature = "a mode of arms against bar; the grip decides how much of their mass and damping wobble feels"
+    on_request = "rider_arms is the usual model of hands; this one also has a compliant grip"
+    signature = "a mode of arms against handlebar; the grip decides how much of their mass and damping acts on wobble"
 
     def check(self, bicycle: Mapping[str, float]) -> None:
         """Refuse arms that the rear frame does not hold beside the body that rider_lean takes out of it."""
@@ -40,8 +40,9 @@ class RiderHands(Effect):
         if remainder <= 0:
             of_body = f", of which rider_lean takes {swaying:g} kg" if swaying else ""
             raise InputError(
-                f"effect {self.identifier!r}: mass = {self.mass:g} kg leaves {remainder:g} kg of the rear frame "
-                f"(mB = {bicycle['mB']:g} kg{of_body}); the rear frame must contain the arms"
+                f"effect {self.identifier!r}: mass = {self.mass:g} kg must be below {self.mass + remainder:g} kg, "
+                f"the mass "
+                f"of the rear frame that contains the arms (mB = {bicycle['mB']:g} kg{of_body})"
             )
 
     def apply(self, model: ModelBuilder) -> None:

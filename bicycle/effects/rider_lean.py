@@ -38,8 +38,8 @@ class RiderLean(SprungJoint):
         super().check(bicycle)
         if remainder <= 0:
             raise InputError(
-                f"{where}: mass = {self.mass:g} kg leaves {remainder:g} kg of the rear frame "
-                f"(mB = {bicycle['mB']:g} kg); the rear frame must contain the moving body"
+                f"{where}: mass = {self.mass:g} kg must be below {self.mass + remainder:g} kg, the mass "
+                f"of the rear frame that contains the moving body (mB = {bicycle['mB']:g} kg)"
             )
         x, z, reduced = bicycle["xB"] - self.x, bicycle["zB"] - self.z, bicycle["mB"] * self.mass / remainder
         frame = np.array([[bicycle["IBxx"], bicycle["IBxz"]], [bicycle["IBxz"], bicycle["IBzz"]]])

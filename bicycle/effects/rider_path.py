@@ -12,7 +12,7 @@ class RiderPath(Effect):
     """
 
     requires = ("rider torque",)
-    why = "it adds to what the rider's muscles are told; use rider_control"
+    why = "it adds to the command to the rider's muscles; use rider_control"
     slot = "heading loop of the rider"
     heading = Parameter("N m/rad", "torque per heading angle", bounds=ANY, typical=(0.5, 40.0))
     position = Parameter("N m/m", "torque per lateral place of the front contact", bounds=ANY, typical=(0.1, 3.0))

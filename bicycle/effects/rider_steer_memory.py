@@ -12,7 +12,7 @@ class RiderSteerMemory(Effect):
     """
 
     requires = ("rider torque",)
-    why = "it adds to what the rider's muscles are told; use rider_control"
+    why = "it adds to the command to the rider's muscles; use rider_control"
     slot = "heading loop of the rider"
     gain = Parameter("N m/rad s", "torque per integral of the steer angle", bounds=ANY, typical=(10.0, 650.0))
     source = "Schwab, de Lange, Happee & Moore (2013), Multibody System Dynamics, eq. of the controller (k_delta_i)"

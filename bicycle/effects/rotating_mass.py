@@ -14,7 +14,7 @@ class RotatingMass(Effect):
 
     inertia = Parameter("kg m^2", "of the rotor about its axle", typical=(0.0, 0.1), default=0.01, neutral=0.0)
     ratio = Parameter("1", "turns for one turn of the rear wheel", bounds=ANY, typical=(-5.0, 20.0), default=1.0)
-    spin = Parameter("rad/s", "beside, whatever the speed", bounds=ANY, typical=(-500.0, 1000.0), default=0.0)
+    spin = Parameter("rad/s", "further spin, at any speed", bounds=ANY, typical=(-500.0, 1000.0), default=0.0)
     source = "Cossalter, Motorcycle Dynamics, ch. 4 (gyroscopic effects of the engine); Sharp (1971)"
     on_request = "known to its owner"
     signature = "a rotor that turns as the wheels do raises the capsize speed, one that turns backwards lowers it"

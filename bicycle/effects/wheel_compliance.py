@@ -7,7 +7,7 @@ from bicycle.equations.lateral import ModelBuilder
 
 
 class WheelCompliance(Effect):
-    """A spring K_w between hub and tyre: the relaxation length grows from C / K_y to C (1/K_y + 1/K_w).
+    """A spring K_w between hub and tyre: the relaxation length grows from C_alpha / K_y to C_alpha (1/K_y + 1/K_w).
 
     Rigs measure the tyre on a stiff rim; the wheel of a rider is softer. Its mass and its camber are not affected,
     and a relaxation length of aligning_moment is taken as given.

@@ -24,7 +24,7 @@ class JointTree:
         for joint in self.joints.values():
             if joint.hangs_on and joint.hangs_on not in self.joints:
                 unknown_joint = unknown("joint", joint.hangs_on, list(self.joints))
-                raise InputError(f"the joint {joint.name!r} hangs on an {unknown_joint}")
+                raise InputError(f"the joint {joint.name!r}: hangs_on names an {unknown_joint}")
         carriers = [j.name for j in self.joints.values() if FRONT_FRAME in j.carries and not self.hangs(j.name, STEER)]
         self.joints[STEER] = replace(self.joints[STEER], hangs_on=max(carriers, key=self.depth))
 
@@ -33,7 +33,9 @@ class JointTree:
         names: list[str] = []
         while parent := self.joints[name].hangs_on:
             if parent in names:
-                raise InputError(f"the joints {parent!r} and {name!r} hang on each other; hang one of them on 'lean'")
+                raise InputError(
+                    f"the joints {parent!r} and {name!r} carry each other; give one of them hangs_on='lean'"
+                )
             names.append(parent)
             name = parent
         return names
@@ -53,7 +55,7 @@ class JointTree:
             shared = carried[first] & carried[second]
             if shared and not (self.hangs(first, second) or self.hangs(second, first)):
                 raise InputError(
-                    f"the joints {first!r} and {second!r} both carry the {min(shared)}, and neither hangs on the "
+                    f"the joints {first!r} and {second!r} both carry the {min(shared)}, and neither carries the "
                     f"other; add one of them with hangs_on={first!r} or {second!r}, or leave one out"
                 )
         order = sorted(self.joints, key=lambda name: (self.hangs(name, STEER), self.depth(name)))

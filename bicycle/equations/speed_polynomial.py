@@ -48,7 +48,7 @@ class SpeedPolynomial(Mapping[int, Array]):
         v = np.asarray(speeds, float)
         *bicycles, rows, columns = self.shape
         if v.ndim and v.ndim < len(bicycles):
-            raise ValueError(f"speeds of shape {v.shape} do not go with a stack of shape {tuple(bicycles)}")
+            raise ValueError(f"speeds of shape {v.shape} do not match a stack of shape {tuple(bicycles)}")
         aligned = (*bicycles, *(1,) * (v.ndim - len(bicycles)))
         shape = (*np.broadcast_shapes(v.shape, aligned), rows, columns)
         total: Any = None

@@ -52,7 +52,7 @@ class SymbolicPolynomial:
                 slopes[i, j] = slope = sp.S.One if row == variable else sp.diff(row, variable)
                 if slope.free_symbols & moving:
                     raise InputError(
-                        f"an effect adds {row}, which is not linear in {str(variable)!r}; give what is left of it for "
+                        f"an effect adds {row}, which is not linear in {str(variable)!r}; give its linearisation for "
                         "small motions"
                     )
         return cls.of_entries(slopes, speed)

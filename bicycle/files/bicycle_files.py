@@ -41,7 +41,7 @@ def read_flat_text(path: Path | Traversable) -> GivenNumbers:
     for where, key, text in key_value_lines(path):
         if text.startswith("struct("):
             raise InputError(
-                f"{where}: {key} = struct(...) is not read; write one number a line, such as {key}.w = 1.02;"
+                f"{where}: {key} = struct(...) is not read; write one number per line, such as {key}.w = 1.02;"
             )
         key = re.sub(r"^[A-Za-z]\w*\.(?=[A-Za-z]\w*$)", "", key)
         if key in FLAGS:
@@ -304,7 +304,8 @@ def _one_of_file(path: Path | Traversable, *, allow_unusual: bool = False) -> Bi
     numbers = READERS[f".{ending.lower()}"](path)
     if numbers.sd and not any(numbers.sd.values()):  # their way to say that it is not known
         numbers.notes.append(
-            f"{path}: every standard deviation is 0, so its values count as exact; take +/-0 out where it is not known"
+            f"{path}: every standard deviation is 0, so its values are treated as exact; delete +/-0 where it is "
+            f"not known"
         )
     return numbers.bicycle(stem, "bicycle file", place=str(path), allow_unusual=allow_unusual)
 

@@ -169,7 +169,7 @@ def read_wheel_size(text: str) -> WheelSize:
     return _check_size(text, meant[0].rim, width_mm)
 
 
-HOW = "give width and rim in mm as they stand on the tyre, such as 28-622; or 700x28C, 28 x 1.10, 26 x 1.75"
+HOW = "give width and rim in mm as printed on the tyre, such as 28-622; or 700x28C, 28 x 1.10, 26 x 1.75"
 
 
 def _normalise(text: str) -> str:

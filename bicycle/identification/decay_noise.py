@@ -150,8 +150,8 @@ WITH_REAL_MODE = {
 }  # fmt: skip
 KINDS = PLAIN | WITH_REAL_MODE
 """Kinds of drift and the prior sd of offset, slope and bend of each, rms over the window in units of the signal; the
-last have a real mode beside (capsize, castering). A prior that is much too large is evidence against what is slight, so
-there are several sizes."""
+last have a real mode as well (capsize, castering). A prior that is much too large is evidence against what is slight,
+so there are several sizes."""
 
 DRIFTS = tuple(dict.fromkeys(kind.partition("/")[0] for kind in KINDS))  # names of drifts, without sizes
 

@@ -180,10 +180,11 @@ REASONS = {  # why a run tells too little, or nothing
     "go by frequency: ask for {there}",
     "slow": "one of {count} modes turns by {cycles:.2g} cycles (at least {least:g}), which a drift or a real mode does "
     "as well, and names go by frequency: ask for fewer, or for a longer window",
-    "drowned": "R^2 = {r_squared:g} is below {least:g}, and an oscillation beside drift and noise has odds of {odds} : "
+    "drowned": "R^2 = {r_squared:g} is below {least:g}, and an oscillation on top of drift and noise has odds of "
+    "{odds} : "
     "1 (at least {clear:g})",
-    "disturbed": "R^2 = {r_squared:g} is below {least:g}, and what is left is no noise (p {p:.2g}): another motion, or "
-    "its own that something drives, is too large",
+    "disturbed": "R^2 = {r_squared:g} is below {least:g}, and the residuals are not noise (p {p:.2g}): another or a "
+    "driven motion is too large",
     "doubtful": "{why}: an sd of {sd:.2g} 1/s is {share:.0%} of |eigenvalue| (at most {most:.0%})",
     "still": "it turns by {cycles:.2g} cycles in the window (at least {least:g}): a motion that does not oscillate, "
     "such as a capsize, looks like that; give the frequency of an oscillation (start_hz)",
@@ -228,7 +229,7 @@ class Decay:
         size = abs(self.eigenvalue)
         doubt = max(self.sd)
         if doubt > MOST_DOUBT * size:
-            why = f"{self.cycles:.1f} cycles tell too little"
+            why = f"{self.cycles:.1f} cycles are too few"
             if self.movement is not None and self.movement.what:
                 why = "it moves too far with the start of the window"
             return "doubtful", {"why": why, "sd": doubt, "share": doubt / size, "most": MOST_DOUBT}

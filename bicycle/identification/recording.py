@@ -347,7 +347,7 @@ NOTES = {
     "estimated": "noise of {channels} is estimated from the residual",
     "prescribed": f"{STEER} is prescribed: smoothed by a spline, the white noise of its record {{source}}; what noise "
     "and smoothing may have done to the angle and its derivatives is integrated out",
-    "kick": "no start transient is dropped (drop_first_s = 0): a kick must not last into the record",
+    "kick": "no start transient is dropped (drop_first_s = 0): the record must begin after an impulse has ended",
     "held out": "never fitted, only predicted: {runs}",
 }
 

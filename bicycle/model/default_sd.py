@@ -40,8 +40,8 @@ EFFECT = 0.1
 """sd over the value of an effect's parameter whose typical range gives no spread, as of a gain of either sign."""
 
 CORNERING_STIFFNESS = 0.03
-"""sd(C_Fy) / C_Fy of a tyre whose source states none, and as much of K_y: of a table four fifths of the variance common
-to all conditions; of a formula (.tir, Pacejka-89) all of it.
+"""sd(C_alpha) / C_alpha of a tyre whose source states none, and as much of K_y: of a table four fifths of the variance
+common to all conditions; of a formula (.tir, Pacejka-89) all of it.
 
 The tables of Dell'Orto et al. scatter by 1.2 to 2.2 % about the smooth MF6.1 law (the rms misfit over nine conditions),
 which is what a repeated condition would; load cell, temperature and the difference between two tyres of one make come

@@ -261,8 +261,8 @@ def with_tyre_values(
             )
         if parameter.tyre_beside and parameter.tyre_beside not in present:
             raise InputError(
-                f'{where}: {parameter.name} = "{FROM_TYRE}" is what the moment of the tyre has '
-                f"beside that of {parameter.tyre_beside}; add [effects.{parameter.tyre_beside}] or give a number"
+                f'{where}: {parameter.name} = "{FROM_TYRE}" is the moment of the tyre in addition to '
+                f"that of {parameter.tyre_beside}; add [effects.{parameter.tyre_beside}] or give a number"
             )
         value = table.get(parameter.name)
         values = dict(value) if isinstance(value, Mapping) else {}

@@ -11,14 +11,14 @@ from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError, refuse_unknown
 
 KICKS = {"steer_torque": "N m s", "lateral_push": "N s", "steer": "rad"}
-"""Kind of kick -> unit: an impulse of a torque or force of the model, or an angle at the start."""
+"""Kind of disturbance -> unit: an impulse of a torque or force of the model, or an angle at the start."""
 
 HORIZON = 12.0  # s, after which a kick has started a motion or has not
 HELD = 0.5  # 1/s, at which a steady lean decays in the hands of a rider
 FALLEN = np.radians(60.0)  # of lean or steer
 FACTORS = np.geomspace(0.1, 10.0, 25)  # of the estimate
 FINER = np.geomspace(FACTORS[0], FACTORS[1], 14)[1:] / FACTORS[1]  # between two factors
-NOTHING, LASTING, FALL = "nothing", "lasting motion", "fall"
+NOTHING, LASTING, FALL = "nothing", "stable limit cycle", "fall"
 
 
 class Kick(NamedTuple):
@@ -28,7 +28,7 @@ class Kick(NamedTuple):
     mode: str  # name of the mode whose motion it starts
     estimate: float  # by the normal form, in the unit of the kick
     least: float | None  # confirmed in time to 2 %; None: up to ten times the estimate nothing follows
-    follows: str  # lasting motion, fall, nothing
+    follows: str  # stable limit cycle, fall, nothing
     falls_from: float | None  # least kick tried that ends in a fall
     within_geometry: bool  # after the least kick lean stays below 10 degrees, and the bar below 20
 
@@ -48,7 +48,7 @@ def kick_thresholds(limit_cycles: LimitCycles, speeds: ArrayLike, kind: str = "s
     elif kind in at_speed.inputs:
         start = at_speed.input_matrix[:, at_speed.inputs.index(kind)]
     else:
-        raise InputError(f"kick {kind!r}: this model has no such input")
+        raise InputError(f"impulse {kind!r}: this model has no such input")
     thresholds: list[tuple[float, str, Cycle, float]] = []
     for speed in np.atleast_1d(np.asarray(speeds, float)).tolist():
         leaving = [(mode, cycle) for mode, cycle in limit_cycles.at(speed) if limit_cycles.stability(cycle) == "no"]

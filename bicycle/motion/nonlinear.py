@@ -71,7 +71,7 @@ def takes_magic_tyres(law: type[Effect]) -> bool:
 
 @dataclass(frozen=True)
 class MagicTyre:
-    """Magic Formula of one tyre; its cornering stiffness comes from the model, B = C_Fy / (C D load)."""
+    """Magic Formula of one tyre; its cornering stiffness comes from the model, B = C_alpha / (C D load)."""
 
     peak_factor: float = 0.8  # peak of the lateral force over the load, D
     shape_factor: float = 1.3  # C

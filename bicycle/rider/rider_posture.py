@@ -323,7 +323,7 @@ def _check_arms(body: Lengths, at: Contacts, top: Array) -> None:
         return
     said = (
         f"the arms are too short by {1000 * (distance - arm):.0f} mm: {arm:.3f} m from shoulder to hand, "
-        f"{distance:.3f} m from shoulder to bar"
+        f"{distance:.3f} m from shoulder to handlebar"
     )
     torso, away = float(np.hypot(*(top - at.hip))), float(np.hypot(*(at.hands - at.hip)))
     towards = math.atan2(at.hands[0] - at.hip[0], at.hip[1] - at.hands[1])  # from the vertical to the bar
@@ -333,7 +333,7 @@ def _check_arms(body: Lengths, at: Contacts, top: Array) -> None:
         low, high = max(low, LEAN_LIMITS[0]), min(high, LEAN_LIMITS[1])
         if low < high:
             raise InputError(f"{said}; they reach it with a torso lean of {low:.1f} to {high:.1f} deg (--torso-lean)")
-    raise InputError(f"{said}, and with no torso lean at all; bring the bar nearer or take a taller rider")
+    raise InputError(f"{said}, at any torso lean; move the handlebar closer or take a taller rider")
 
 
 def _range_check(key: str) -> Check:
@@ -396,7 +396,7 @@ def _raw(path: Path | Traversable) -> SeatGeometry:
     found, spread = read_key_values(path, keys, kind="measurement", others=True)
     missing = [key for key in keys if key not in found]
     if missing:
-        raise InputError(f"{path}: seat and bar need {', '.join(keys)}; missing: {', '.join(missing)}")
+        raise InputError(f"{path}: seat and handlebar need {', '.join(keys)}; missing: {', '.join(missing)}")
     values, sd = {key: found[raw] for key, raw in RAW.items()}, {key: spread.get(raw) for key, raw in RAW.items()}
     angle, saddle = "seat_tube_angle_deg", "saddle_distance_m"
     values |= {angle: math.degrees(found["lamst"]), saddle: found["lsp"] + found["lst"]}

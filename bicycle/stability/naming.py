@@ -33,8 +33,8 @@ FULL = -np.inf
 CORE_NAMES = np.array(
     [[WEAVE, WEAVE, CAPSIZE, CASTERING], [WEAVE, WEAVE, NONE, NONE], [CAPSIZE, NONE, NONE, NONE], [NONE] * 4]
 )
-"""Names of real roots of lean and steer from the right: by themselves, beside capsize and castering as a pair, beside
-weave, beside both."""
+"""Names of real roots of lean and steer from the right: by themselves, with capsize and castering as a pair, with
+weave, with both."""
 BORN_NAMES = np.array(
     [[WEAVE, WEAVE, CAPSIZE, CASTERING], [CAPSIZE, WEAVE, WEAVE, CASTERING], [CAPSIZE, CASTERING, WEAVE, WEAVE]]
 )

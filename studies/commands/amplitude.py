@@ -128,7 +128,7 @@ def _print_cycles(frame: "pd.DataFrame") -> None:
     """Print the first seven columns of the periodic motions, a row per speed and mode."""
     from studies.reporting.output import print_table
 
-    headers = ["speed m/s", "mode", "stable", "bar °", "frequency Hz", "acceleration m/s2", "lean °"]
+    headers = ["speed m/s", "mode", "stable", "steer °", "frequency Hz", "acceleration m/s2", "lean °"]
     print_table(frame.iloc[:, :7].astype(object).to_numpy().tolist(), headers)
     click.echo()
 

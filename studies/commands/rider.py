@@ -175,7 +175,7 @@ def _write_with_mass(
 
     body_options = [f"--{key.removesuffix('_name').replace('_', '-')}" for key in OF_A_BODY if stated(key)]
     if mass is None or place is None:
-        raise InputError("--place X,HEIGHT goes with --mass, and --inertia with both")
+        raise InputError("--place X,HEIGHT needs --mass, and --inertia needs both")
     if body_options:
         raise InputError(f"--place needs no body model: leave out {', '.join(body_options)}")
     body: dict[str, Any] = {"name": "rider", "mass": mass, "place": list(place)}
@@ -189,7 +189,8 @@ def _write_with_mass(
     loaded = load_bicycle(out)
     rear, front = loaded.static_loads
     click.echo(
-        f"{description}; wheel loads {rear:.0f} N rear, {front:.0f} N front; mass, place and inertia count as exact"
+        f"{description}; wheel loads {rear:.0f} N rear, {front:.0f} N front; mass, place and inertia are treated as "
+        f"exact"
     )
     print_warnings(loaded.warnings)
     click.echo(out.as_posix())

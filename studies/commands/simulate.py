@@ -181,7 +181,7 @@ def _check_options(duration: float, step: float, *, nonlinear: bool) -> None:
     for name in (*TYRE, "offset"):
         if not nonlinear and stated(name):
             option = "--" + name.replace("_", "-")
-            raise InputError(f"{option} is of the Magic Formula tyre; add --nonlinear or leave {option} out")
+            raise InputError(f"{option} is an option of the Magic Formula tyre; add --nonlinear or omit {option}")
     if duration / step > 1e6:
         raise InputError(f"{duration / step:.0f} samples are more than a million; take a larger step")
 

@@ -64,7 +64,7 @@ def command(tyre: str | None, surface: str | None, plot: str | None, json_file: 
             click.echo(f"note: {note}")
         return
     rows = [_row(record) for record in records]
-    print_table(rows, ["tyre", "surface", "loads N", "pressures bar", "C_Fy N/deg", "relaxation mm", "source"])
+    print_table(rows, ["tyre", "surface", "loads N", "pressures bar", "C_α N/deg", "σ mm", "source"])
     click.echo("\nvelotyre tyres NAME shows every condition; a model takes a tyre by name: --tyre NAME --pressure BAR")
     if not all(record["relaxation_length_mm"] for record in records):
         click.echo(

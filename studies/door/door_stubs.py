@@ -12,7 +12,7 @@ from bicycle.effects.effect_registry import packaged_effects
 from studies.velotyre import PLACES
 
 FOLDER = Path(__file__).parents[1] / "velotyre"
-HEAD = "# Written by python -m studies.door.door_stubs from the door's table and the declarations of the effects.\n\n"
+HEAD = "# Written by python -m studies.door.door_stubs from the table of names and the declarations of the effects.\n\n"
 
 
 def stubs() -> dict[str, str]:

@@ -88,18 +88,18 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
     has_motion = any(name in columns for name in MOTION)
     timed = roles.is_timed(columns)
     if not has_motion or not timed:
-        reasons = [] if has_motion else ["no channel could be a motion of the bicycle"]
+        reasons = [] if has_motion else ["no channel recognised as a motion of the bicycle"]
         remedies = (
             [] if has_motion else [roles.lacking("roll_rate"), "or steer_rate, yaw_rate, lean, steer the same way"]
         )
-        reasons += [] if timed else ["no channel could be the time"]
+        reasons += [] if timed else ["no channel recognised as time"]
         return unusable(reasons, remedies if timed else [*remedies, roles.lacking("time")]), None
     unsure = roles.unknown_units([*channels, "time"])
     with_unit = [name for name in channels if name not in unsure]
     if not any(name in columns for name in MOTION if name in with_unit) or "time" in unsure:
         without_unit = ", ".join(f"{name.replace('_', ' ')} ({column})" for name, column in unsure.items())
         remedy = "write the units into the draft or a map for --channels"
-        return unusable([f"no unit is known of {without_unit}"], [remedy]), Motion()
+        return unusable([f"unknown unit of {without_unit}"], [remedy]), Motion()
     speed = _speed(roles.opened, roles)
     try:
         channel_map, part = _complete(roles, roles.map_of(with_unit))
@@ -217,12 +217,12 @@ def _decay(
             kick_windows, kick_events, kick_fits = kicks
             if kick_events and (not fits or max(map(_doubt, kick_fits)) < 0.5 * min(map(_doubt, fits))):
                 if events:
-                    reasons.append(f"the whole recording: R^2 = {poorest:.2f}; each stretch after a kick tells more")
+                    reasons.append(f"the whole recording: R^2 = {poorest:.2f}; the stretches after impulses fit better")
                 windows, events = kick_windows, kick_events
                 break
             reasons += [] if events else ["no stretch after a peak is one decaying oscillation either"]
     if not events:
-        how = "record free motion after a kick, hands off, two cycles or more; or look near a frequency of yours: "
+        how = "record free motion after an impulse, hands off, two cycles or more; or search near a known frequency: "
         how += f"{command} --from S --to S --start-hz HZ"
         remedies = [how]
         if len(whole.channels) > 1:
@@ -342,10 +342,10 @@ def _replay(runs: list[recording.Run], roles: Roles, unsure: dict[str, str]) -> 
     if not torques:
         unknown = [name for name in TORQUES if name in unsure]
         reasons.append(
-            f"no unit is known of {' and '.join(unknown)}" if unknown else "no channel could be the steer torque"
+            f"unknown unit of {' and '.join(unknown)}" if unknown else "no channel recognised as steer torque"
         )
         remedies.append("write its unit into the draft" if unknown else roles.lacking("steer_torque"))
-        remedies.append("without a torque, runs after a kick still serve diagnose as free motion (kind = histories)")
+        remedies.append("without a torque, diagnose can use runs after an impulse as free motion (kind = histories)")
     elif len(constant) == len(torques):
         reasons.append(f"{', '.join(constant)} is constant: nothing drives the bicycle")
         remedies.append("map the channel that holds the torque, or use the run as free motion")

@@ -214,7 +214,7 @@ def _is_uneven(time: Array) -> bool:
 def _clock_oddities(time: Array) -> list[str]:
     damaged = damaged_times(time)
     count = int(np.count_nonzero(damaged))
-    damage = [f"samples whose time is missing or out of order, which count as missing: {count}"] if count else []
+    damage = [f"samples whose time is missing or out of order, treated as missing: {count}"] if count else []
     try:
         return [*damage, *check_clock(time[~damaged], where="time")]
     except InputError as error:

@@ -282,7 +282,7 @@ def _judge_without_sidecar(roles: Roles, needed: Sequence[str]) -> tuple[list[Us
     if not pull and not roles.is_timed(columns):
         lacking.append("time")
     if lacking:
-        reasons = (f"no channel could be the {', the '.join(name.replace('_', ' ') for name in lacking)}",)
+        reasons = (f"no channel recognised as {' or '.join(name.replace('_', ' ') for name in lacking)}",)
         return [Use(name, (), reasons, (roles.lacking(*lacking),)) for name in names], None
     unsure = roles.unknown_units(needed if pull else [*needed, "time"])
     path = roles.opened.path
@@ -294,7 +294,7 @@ def _judge_without_sidecar(roles: Roles, needed: Sequence[str]) -> tuple[list[Us
         without_unit = ", ".join(
             f"{name.replace('_', ' ')} ({column}{more[column]})" for name, column in unsure.items()
         )
-        reason = f"no unit is known of {without_unit}"
+        reason = f"unknown unit of {without_unit}"
         remedy = (
             "write the units into the draft, or scale and offset with the unit where the file holds counts or volts"
         )
@@ -310,9 +310,9 @@ def _judge_settled_points(roles: Roles) -> tuple[list[Use], Supposed | None]:
     """Judge a table of slip angle and lateral force without time: settled points, sorted by their levels."""
     path, channels = roles.opened.path, ALL_ROLLING
     supposed = Supposed(steady=True)
-    step = Use(STEP, (), ("no channel could be the time: these are settled points",), (OTHERWISE[STEP],))
+    step = Use(STEP, (), ("no channel recognised as time: these are steady points",), (OTHERWISE[STEP],))
     if unsure := roles.unknown_units(["slip_angle", "lateral_force", "vertical_load"]):
-        reason = f"no unit is known of {', '.join(unsure.values())}"
+        reason = f"unknown unit of {', '.join(unsure.values())}"
         return [Use(STEADY, (), (reason,), ("write the units into the draft",)), step], supposed
     try:
         (whole,) = records(roles.opened.signals, roles.map_of(channels), QUANTITIES, timed=False)
@@ -338,7 +338,7 @@ def _judge_settled_points(roles: Roles) -> tuple[list[Use], Supposed | None]:
     )
     reasons = tuple(f"{event.name or 'all points'}: {problem}" for _, event, problem in judged if problem)
     supposed = replace(supposed, axes=axes, levels=tuple(conditions.values()))
-    provided = f"{', '.join(supposed.unsaid)}, which no recording says" if supposed.unsaid else ""
+    provided = f"{', '.join(supposed.unsaid)} (not in the recording)" if supposed.unsaid else ""
     many = max((event.used for event in events), default=0) > MANY_POINTS
     remedies = ("so many points are rather samples of a sweep, which lags: then map their time",) if many else ()
     return [Use(STEADY, events, reasons, remedies, provided=provided if events else ""), step], supposed
@@ -383,7 +383,7 @@ def _judge_channels(
     uses = _by_kind(judged, names, beginning, mend, windows=bool(supposed.windows))
     lacking = [[*supposed.unsaid, *["speed"] * (use.name == STEP and "speed" not in recorded)] for use in uses]
     return [
-        replace(use, provided=f"{', '.join(names)}, which no recording says" if use.usable and names else "")
+        replace(use, provided=f"{', '.join(names)} (not in the recording)" if use.usable and names else "")
         for use, names in zip(uses, lacking, strict=True)
     ], supposed
 

@@ -103,7 +103,7 @@ def _line(look: Look) -> str:
         if use.usable:
             count = len(use.events)
             note = use.events[0].notes[0] if count == 1 and use.events[0].notes else f"{count} events"
-            condition = f", once you give {use.provided}" if use.provided else ""
+            condition = f"; specify {use.provided}" if use.provided else ""
             uses.append(f"{use.name}: {note}{condition}")
     uses_text = "; ".join(uses) or "can be used for nothing as it is"
     return f"{look.opened.path.name}, {size} samples{rate}: {uses_text}"

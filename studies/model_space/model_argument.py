@@ -63,8 +63,8 @@ class ChosenModel:
         """Refuse a file of matrices where a bicycle is needed."""
         if self.of_matrices:
             raise InputError(
-                f"{self.where} holds matrices M, C1, K0, K2, which only velotyre modes and critical take; all else "
-                "needs the parameters of the bicycle (velotyre new bicycle.toml)"
+                f"{self.where} holds matrices M, C1, K0, K2, which only velotyre modes and critical accept; other "
+                "commands need the parameters of the bicycle (velotyre new bicycle.toml)"
             )
 
     @property
@@ -216,7 +216,7 @@ def find_bicycle(text: str) -> str | None:
     try:
         content = model_content(text)
     except InputError as error:
-        forms = f"; the ending tells the form: .toml of a model, {', '.join(READERS)} of a bicycle"
+        forms = f"; the file ending states the format: .toml for a model, {', '.join(READERS)} for a bicycle"
         raise InputError(f"{error}{forms if path.is_file() else ''}") from error
     flat = {"values", "mB", "xB", "w"} & set(content)  # parameters below [values], or at the top
     return path.resolve().as_posix() if flat and "bicycle" not in content else None

@@ -116,12 +116,12 @@ def _eigenvalues(roots: Complex) -> Complex:
     return roots
 
 
-@output("max_growth_rate", unit="1/s", label="Largest growth rate", source=ROOTS, unstable=1)
+@output("max_growth_rate", unit="1/s", label="Maximum growth rate", source=ROOTS, unstable=1)
 def _max_growth_rate(roots: Complex) -> Array:
     return np.asarray(roots.real.max(-1))
 
 
-output("min_damping_ratio", unit="1", label="Smallest damping ratio", source=ROOTS, unstable=-1)(min_damping_ratio)
+output("min_damping_ratio", unit="1", label="Minimum damping ratio", source=ROOTS, unstable=-1)(min_damping_ratio)
 
 
 @output("modes", unit="1/s", label="Eigenvalue", source=MODE, complex_valued=True, reducible=False)
@@ -192,15 +192,13 @@ def _critical_speeds(
     return result, impossible
 
 
-@output("wobble_amplitude", unit="deg", label="Amplitude of wobble at the bar", source=MODEL)
+@output("wobble_amplitude", unit="deg", label="Steer amplitude of wobble", source=MODEL)
 def _wobble_amplitude(model: Model, speeds: Array, max_speed: float) -> Array:
     cycles = find_limit_cycles(model, max_speed=max(max_speed, HIGHEST))
     return np.array([motion_at(cycles, speed) for speed in np.asarray(speeds).tolist()])
 
 
-@output(
-    "largest_wobble_amplitude", unit="deg", label="Largest amplitude of wobble at the bar", source=MODEL, by_speed=False
-)
+@output("largest_wobble_amplitude", unit="deg", label="Maximum steer amplitude of wobble", source=MODEL, by_speed=False)
 def _largest_wobble_amplitude(model: Model, speeds: Array, max_speed: float) -> float:
     return largest_wobble(find_limit_cycles(model, max_speed=max_speed))
 

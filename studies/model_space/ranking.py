@@ -138,8 +138,10 @@ def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
     z, note = ranking.eigenvalue, "; two real roots meet, their mean" if ranking.meeting else ""
     with drawing(target, width=7.6, height=1.9 + 0.28 * len(changes)) as figure:
         axes = figure.subplots()
-        axes.barh(rows, growth, color=LOOKS[0].colour, label="+1 standard deviation")
-        axes.barh(rows, -growth, color="white", edgecolor=LOOKS[2].colour, hatch="////", label="−1 standard deviation")
+        axes.barh(rows, growth, color=LOOKS[0].colour, label="+1 standard uncertainty")
+        axes.barh(
+            rows, -growth, color="white", edgecolor=LOOKS[2].colour, hatch="////", label="−1 standard uncertainty"
+        )
         axes.axvline(0, color="black", linewidth=0.8)
         labels = []
         for c in changes:

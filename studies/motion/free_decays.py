@@ -13,14 +13,14 @@ from bicycle.model.eigen import frequency_hz
 
 LEAST_NOISE = 1e-4  # probability of noise below which a note says so: 5 of 900 sound windows lie below
 NOTES = {
-    "jump": "{run}: {channel} jumps at about {time_s:.3g} s ({size:.2g} sd of its noise), as after a second kick, a "
+    "jump": "{run}: {channel} jumps at about {time_s:.3g} s ({size:.2g} sd of its noise), as after a second impulse, a "
     "step of the sensor or a spike",
     "jump widens": "{run}: its sd contains how far it moves when the window ends at {until_s:.4g} s",
-    "no noise": "{run}: what is left is no noise (p {p:.1g}), as where a rough road keeps driving the motion: its sd "
+    "no noise": "{run}: the residuals are not noise (p {p:.1g}), as on a rough road that drives the motion: its sd "
     "may be too small; repeats show the scatter",
-    "beside": "{run}: {what} is in the window; it is fitted beside and left out of the table",
-    "wider": "repeats scatter more than their fits say: the sd of {wider} of {rows} rows is widened by that",
-    "aside": "{run} at {speed:g} m/s lies far outside the scatter of its repeats; it alone is widened",
+    "beside": "{run}: {what} is in the window; it is fitted as well and not in the table",
+    "wider": "repeats scatter more than their fits predict: the sd of {wider} of {rows} rows is widened by that",
+    "aside": "{run} at {speed:g} m/s is an outlier among its repeats; only its sd is widened",
     "no repeats": "no run has a repeat within 5 % of its speed: the sd of the fit says nothing of the scatter from run "
     "to run, as where a rough road keeps driving the motion",
     "some alone": "{alone} of {rows} rows have no repeat within 5 % of its speed: the sd of the fit says nothing of "
@@ -172,7 +172,7 @@ def draw(run: Run, decays: Sequence[tuple[str, Decay]], target: Path) -> None:
             parts = with_sd(z.real, of_real), with_sd(z.imag, of_imaginary)
             lines.append("{}: {} 1/s, {} rad/s (1 sd of this run)".format(mode, *parts))
             lines.append(f"    {decay.cycles:.1f} cycles, R² {decay.r_squared:.3f}")
-            lines += [f"    fitted beside: {second_words(z)}" for z in decay.beside]
+            lines += [f"    also fitted: {second_words(z)}" for z in decay.beside]
             if decay.rejected:
                 lines[-1] = "    not used: " + "\n    ".join(textwrap.wrap(decay.rejected, 100))
         figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=10)

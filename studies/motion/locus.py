@@ -137,7 +137,7 @@ def parse_range(text: str, unit: str = "") -> Array:
     inner = start + step * np.arange(int(np.ceil((stop - start) / step * (1 - 1e-12))))
     values = np.append(inner, stop)
     if (np.diff(values) <= 0).any():
-        raise InputError(f"range {text!r}: sixteen digits do not tell its values apart; give a wider range")
+        raise InputError(f"range {text!r}: its values differ by less than sixteen digits; give a wider range")
     return values
 
 

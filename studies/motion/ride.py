@@ -41,7 +41,7 @@ FACTORS = np.geomspace(1 / 16, 16, 33)  # of the cornering stiffness, among whic
 SPEEDS = 61  # of the curve over speed
 CONTROL = schema.table(
     {
-        needed("description", "the key 'description' is missing: say whose gains these are"): text(blank=False),
+        needed("description", "the key 'description' is missing: state whose gains these are"): text(blank=False),
         maybe("kind", "assumed"): schema.name_in("kind", ("identified", "designed", "assumed")),
         maybe("source", "not stated"): text(),
         maybe("licence", "not stated"): text(),
@@ -122,7 +122,9 @@ def read_rider_control(name_or_path: str | Path) -> RiderGains:
     if nested and set(columns) - {"run", "speed"} != set(NESTED):
         raise InputError(f"{name}: columns: {', '.join(NESTED)} belong together, without other gains")
     if not nested and not set(columns) & {"roll", "roll_rate"}:
-        raise InputError(f"{name}: columns: give a gain on roll or roll_rate; without one nobody holds a bicycle")
+        raise InputError(
+            f"{name}: columns: give a gain on roll or roll_rate; no rider stabilises a bicycle without one"
+        )
     for place, row in enumerate(rows):
         numbers = [value for key, value in zip(columns, row, strict=False) if key != "run"]
         if len(row) != len(columns) or not all(is_number(value) and math.isfinite(value) for value in numbers):

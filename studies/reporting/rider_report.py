@@ -24,7 +24,7 @@ WORDS = {
     "description": "DERIVED: {frame} with rider {rider} ({mass:.4g} kg), {posture}: torso {lean:.0f} deg forward of "
     "the vertical; rear frame and rider joined as one rigid body",
     "source": "derived: bicycle {frame} ({frame_source}); rider {rider}, {rider_source}; body model yeadon {yeadon} "
-    "(Yeadon 1990), segments turned and joined by velotyre; {angles}; seat and bar: {seat_source}{assumed}",
+    "(Yeadon 1990), segments turned and joined by velotyre; {angles}; seat and handlebar: {seat_source}{assumed}",
 }
 
 
@@ -54,13 +54,13 @@ def save_figure(cyclist: RiderOnBicycle, target: Path) -> None:
         side.plot(*_to_heights(points).T, "o", color="black", markersize=4, zorder=21)
         knees, elbows = math.degrees(cyclist.seated.knee_flexion), math.degrees(cyclist.seated.elbow_flexion)
         side.set_title(WORDS["title"].format(**_names(cyclist), knees=knees, elbows=elbows))
-        side.set(xlabel="x forward of the rear contact, m", ylabel="height, m")
+        side.set(xlabel="Forward of the rear contact, m", ylabel="Height, m")
         assumed = [key for key in cyclist.geometry.assumed if key.endswith(("_m", "_deg"))]
         if assumed:
             side.text(
                 0.99,
                 0.99,
-                "seat and bar: assumed" if len(assumed) > 4 else "seat and bar: partly assumed",
+                "seat and handlebar: assumed" if len(assumed) > 4 else "seat and handlebar: partly assumed",
                 transform=side.transAxes,
                 ha="right",
                 va="top",

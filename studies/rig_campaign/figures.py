@@ -135,11 +135,11 @@ def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> Figure:
         panel.set(
             xlim=(-0.3, slips[-1] + shift * (len(loads) - 1) + 0.9),
             xticks=[],
-            xlabel="slip angle, shifted by load",
+            xlabel="Slip angle, shifted by load",
             title=f"{pressure / PASCAL_PER_BAR:g} bar",
         )
-    axes[0].set(ylabel="lateral force without offsets (N)", ylim=(0.0, 1.12 * top))
-    axes[0].legend(title="vertical load", loc="upper left", fontsize=8)
+    axes[0].set(ylabel="Lateral force without offsets, N", ylim=(0.0, 1.12 * top))
+    axes[0].legend(title="Vertical load", loc="upper left", fontsize=8)
     first = conditions[0]
     return _add_title(
         figure, f"{first.tyre}, {first.surface}: lateral force over slip (grey: constant slip) and load", first
@@ -147,12 +147,12 @@ def carpet(conditions: Sequence[ConditionResult], shift: float = 1.5) -> Figure:
 
 
 def stiffness_over_load(conditions: Sequence[ConditionResult]) -> Figure:
-    """Draw C_Fy, K_y and relaxation length of one tyre over load, a line per pressure and surface, 95 % intervals."""
+    """Draw C_alpha, K_y and sigma of one tyre over load, a line per pressure and surface, 95 % intervals."""
     figure, axes = _empty_figure(1, 3, width=10.5, height=4.4)
     quantities = (
-        ("cornering_stiffness", "cornering stiffness (N/deg)", np.pi / 180.0),
-        ("lateral_stiffness", "lateral stiffness (N/mm)", 1e-3),
-        ("relaxation_length", "relaxation length (mm)", 1e3),
+        ("cornering_stiffness", "Cornering stiffness C_α, N/deg", np.pi / 180.0),
+        ("lateral_stiffness", "Lateral stiffness K_y, N/mm", 1e-3),
+        ("relaxation_length", "Relaxation length σ, mm", 1e3),
     )
     loads, pressures = _loads_pressures(conditions)
     surfaces, span = sorted({c.surface for c in conditions}, reverse=True), loads[-1] - loads[0] or 40.0
@@ -177,7 +177,7 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> Figure:
                 ms=5,
                 label=f"{pressure / PASCAL_PER_BAR:g} bar, {surface}",
             )
-        panel.set(xlabel="vertical load (N)", ylabel=label)
+        panel.set(xlabel="Vertical load, N", ylabel=label)
         if len(loads) == 1:  # ticks of what was moved aside would be crowded hundredths of a newton
             panel.set(xticks=loads, xlim=(loads[0] - span / 2, loads[0] + span / 2))
     return _add_title(figure, f"{conditions[0].tyre}: values with 95 % intervals", conditions[0], legend=axes[0])
@@ -186,8 +186,8 @@ def stiffness_over_load(conditions: Sequence[ConditionResult]) -> Figure:
 def over_camber(conditions: Sequence[ConditionResult]) -> Figure:
     """Draw lateral force and aligning moment at zero slip over camber, a line per load and pressure."""
     quantities = (
-        ("force_at_zero{}_N", "lateral force at zero slip (N)"),
-        ("moment_at_zero{}_N_m", "moment at it (N m)"),
+        ("force_at_zero{}_N", "Lateral force at zero slip, N"),
+        ("moment_at_zero{}_N_m", "Aligning moment at zero slip, N m"),
     )
     measured = [q for q in quantities if any(q[0].format("") in item.details for c in conditions for item in c.sweeps)]
     figure, axes = _empty_figure(1, len(measured), width=4.6 * len(measured) + 0.4, height=4.4)
@@ -215,7 +215,7 @@ def over_camber(conditions: Sequence[ConditionResult]) -> Figure:
                 )
                 ends = np.array([x.min(), x.max()])
                 panel.plot(ends, np.polyval(np.polyfit(x, y, 1), ends), color=COLOURS[number], ls=DASHES[row], lw=1.0)
-        panel.set(xlabel="camber (deg)", ylabel=label)
+        panel.set(xlabel="Camber, deg", ylabel=label)
     title = f"{conditions[0].tyre}, {conditions[0].surface}: at zero slip over camber"
     return _add_title(figure, title, conditions[0], legend=axes[0])
 
@@ -241,8 +241,10 @@ def flat_against_drum(campaign: Campaign, tyre: str, pairs: Sequence[Pair]) -> F
         sd = f" ± {exponent.exponent.sd:.2f}" if np.isfinite(exponent.exponent.sd) else ""
         text = f"mean: (1 + R/R_d)^n, n = {exponent.exponent.value:.2f}{sd}"
         panel.axhline(exponent.ratio, color="0.4", lw=1.0, ls=(0, (1, 2)), label=text)
-    panel.set(xlabel="vertical load (N)", ylabel="cornering stiffness, flat over drum")
-    return _add_title(figure, f"{tyre}: flat track against drum (reported, not applied)", pairs[0][0], legend=panel)
+    panel.set(xlabel="Vertical load, N", ylabel="C_α on flat / on drum")
+    return _add_title(
+        figure, f"{tyre}: flat track and drum compared (reported, not applied)", pairs[0][0], legend=panel
+    )
 
 
 def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:
@@ -253,29 +255,29 @@ def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:
 
 
 def residuals(summary: RecordingSummary) -> Figure:
-    """Draw the points of one sweep or pull with the fitted curve, and below them what the fit leaves."""
+    """Draw the points of one sweep or pull with the fitted curve, and below them the residuals."""
     points, figure_title = points_of(summary), f"{summary.file}: "
     figure, (upper, lower) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
     if summary.kind == "slip_sweep":
         x, rising, residual = np.rad2deg(points["slip_rad"]), points["rate_rad_s"] > 0.0, points["residual_N"]
         groups: tuple[Any, ...] = ((rising, "^", COLOURS[0], "up branch"), (~rising, "v", COLOURS[2], "down branch"))
         if not points["rate_rad_s"].any():  # settled points
-            groups = ((np.ones(x.size, bool), "o", COLOURS[0], "settled point"),)
+            groups = ((np.ones(x.size, bool), "o", COLOURS[0], "steady point"),)
         fine = np.linspace(x.min(), x.max(), 200)
         curve, label = (fine, _sweep_curve(summary, np.deg2rad(fine))), "steady curve"
-        figure_title += f"R² = {summary.r_squared:.5f}, C = {np.deg2rad(summary.value):.2f} N/deg"
-        lower.set(ylabel="measured - fitted with lag (N)", xlabel="slip angle (deg)")
+        figure_title += f"R² = {summary.r_squared:.5f}, C_α = {np.deg2rad(summary.value):.2f} N/deg"
+        lower.set(ylabel="Residual with lag, N", xlabel="Slip angle, deg")
     else:
         x, residual = 1e3 * points["deflection_m"], points["force_N"] - points["fitted_N"]
-        groups = ((np.ones(x.size, bool), "o", COLOURS[0], "read"),)
-        curve, label = (x, points["fitted_N"]), "law of the readings used, with Dahl friction"
-        figure_title += f"K = {1e-3 * summary.value:.2f} N/mm, friction ±{summary.details['friction_N']:.2f} N"
-        lower.set(ylabel="read - fitted (N)", xlabel="tyre deflection, plate - rim (mm)")
+        groups = ((np.ones(x.size, bool), "o", COLOURS[0], "reading"),)
+        curve, label = (x, points["fitted_N"]), "fit with Dahl friction"
+        figure_title += f"K_y = {1e-3 * summary.value:.2f} N/mm, friction ±{summary.details['friction_N']:.2f} N"
+        lower.set(ylabel="Residual, N", xlabel="Tyre deflection, plate - rim, mm")
     for chosen, marker, colour, name in groups:
         for panel, y in ((upper, points["force_N"]), (lower, residual)):
             panel.plot(x[chosen], y[chosen], ls="none", marker=marker, color=colour, ms=3.5, label=name)
     upper.plot(*curve, color=COLOURS[1], lw=1.2, label=label)
-    upper.set_ylabel("lateral force (N)")
+    upper.set_ylabel("Lateral force, N")
     upper.legend(fontsize=8)
     lower.axhline(0.0, color="k", lw=0.8)
     return _add_title(figure, figure_title, summary)
@@ -302,8 +304,8 @@ def repeats(campaign: Campaign) -> Figure:
             panel.axhspan(-100 * pooled.sd, 100 * pooled.sd, color="0.85", zorder=0)
             note = f"sd {100 * pooled.sd:.2f} %, {pooled.repeats:.0f} degrees of freedom of repeats"
         panel.set_title(f"{title}\n{note}", fontsize=9)
-        panel.set_xlabel("condition, in the order of the report")
+        panel.set_xlabel("Condition, in the order of the report")
         panel.axhline(0.0, color="k", lw=0.8)
         panel.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes[0].set_ylabel("deviation from the condition's mean (%)")
+    axes[0].set_ylabel("Deviation from the mean of the condition, %")
     return _add_title(figure, "Repeatability (filled: flat, open: drum; grey: ± one sd)", campaign.conditions[0])

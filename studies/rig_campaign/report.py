@@ -185,7 +185,7 @@ def _condition_row(c: ConditionResult) -> dict[str, Any]:
 
 
 def _recording_rows(campaign: Campaign) -> list[dict[str, Any]]:
-    quantities = {"slip_sweep": "C_Fy_N_per_rad", "lateral_stiffness": "K_y_N_per_m", "slip_step": "length_m"}
+    quantities = {"slip_sweep": "C_alpha_N_per_rad", "lateral_stiffness": "K_y_N_per_m", "slip_step": "sigma_m"}
     rows = {
         item.file: {
             "file": item.file,

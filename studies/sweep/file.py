@@ -74,7 +74,7 @@ OPTIONS = schema.table(  # keys of [sampled] beside the distributions of paramet
         schema.maybe("bicycle_sd", False): schema.flag,
         schema.maybe("tyre_covariance", False): schema.flag,
         schema.maybe("relative_cornering_stiffness_sd", 0.0): schema.number(
-            least=0, says="must be >= 0 (0.02 is 2 % of C_Fy)"
+            least=0, says="must be >= 0 (0.02 is 2 % of C_alpha)"
         ),
         schema.maybe("joint", []): schema.list_of(
             schema.any_table, "must be a list of tables: write [[sampled.joint]], parameters and covariance"

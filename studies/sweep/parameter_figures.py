@@ -150,7 +150,7 @@ def _draw_points(axes: Any, x: Array, y: Array, unstable: Any) -> None:
 
 def _legend(axes: Any, stable: Stability) -> list[Any]:
     share = 100 * float(np.mean(stable.growth[np.isfinite(stable.growth)] > 0))
-    anew = ", computed anew" if stable.anew else ""
+    anew = ", recomputed" if stable.anew else ""
     style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 5}
     labels = {STABLE: f"stable {stable.where}", UNSTABLE: f"unstable {stable.where} ({share:.3g} % unstable{anew})"}
     return [axes.plot([], [], color=colour, label=label, **style)[0] for colour, label in labels.items()]

@@ -104,7 +104,7 @@ def open_parts(out: Path, sweep: Sweep) -> Parts:
         changed = differences(None if same_sweep else record.get("made_of"), sweep.made_of)
         raise InputError(
             f"{folder.as_posix()} holds parts of another sweep; changed since: {changed}. "
-            "To start anew, remove that folder or choose another --out"
+            "To restart, remove that folder or choose another --out"
         )
     folder.mkdir(parents=True, exist_ok=True)
     parts = Parts(folder, usual_items(sweep))

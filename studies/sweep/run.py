@@ -41,7 +41,7 @@ def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:
     parts = open_parts(out, sweep)
     damaged = parts.drop_damaged(sweep)
     if damaged:
-        print(f"warning: {damaged} damaged parts in {parts.folder.as_posix()} are computed anew", file=sys.stderr)
+        print(f"warning: {damaged} damaged parts in {parts.folder.as_posix()} are recomputed", file=sys.stderr)
     todo = [piece for piece in pieces(sweep, parts.items) if not parts.has(piece)]
     points = sweep.points_per_item
     points_left, total = sum(stop - start for start, stop in todo) * points, sweep.items * points
@@ -57,7 +57,7 @@ def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:
         if not any(parts.has(piece) for piece in pieces(sweep, parts.items)):
             remove(parts.folder)  # not in the way of the changed sweep
             raise InputError(str(error)) from error
-        raise InputError(f"{error}; {_describe_finished(sweep, parts)}, but a changed sweep starts anew") from error
+        raise InputError(f"{error}; {_describe_finished(sweep, parts)}, but a changed sweep restarts") from error
     except (InputError, OSError) as error:
         reason = str(error)
         if isinstance(error, OSError):
@@ -87,7 +87,7 @@ def _check_items(sweep: Sweep) -> list[str]:
         remarks.append(f"{left_out(counts, sweep.items)}; the result holds NaN for them and marks them in impossible")
     if extrapolated:
         remarks.append(
-            f"{extrapolated} of {sweep.items} bicycles have a tyre outside its measured loads and pressures; "
+            f"{extrapolated} of {sweep.items} samples have a tyre outside its measured loads and pressures; "
             "tyre_extrapolated marks them"
         )
     return remarks

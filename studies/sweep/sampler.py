@@ -174,7 +174,7 @@ def _check_corners(tyre: TyreSource, load: Array, pressure: Array) -> None:
 
 
 def stiffness_warnings(warnings: Sequence[str], relative_cornering_stiffness_sd: float) -> tuple[str, ...]:
-    """``warnings`` of a model file with what a sweep assumes of C_Fy in place of the default."""
+    """``warnings`` of a model file with what a sweep assumes of C_alpha in place of the default."""
     plain, assumed = map(properties.stiffness_note, (CORNERING_STIFFNESS, relative_cornering_stiffness_sd))
     return tuple(warning.replace(plain, assumed) for warning in warnings)
 

@@ -182,7 +182,7 @@ def tyre_digest(file: Path) -> str:
 def differences(before: object, current: Mapping[str, str]) -> str:
     """Names of what has changed since an earlier run, versions with both numbers."""
     if not isinstance(before, Mapping):
-        return "nobody knows what, as no record of it can be read"
+        return "unknown, as its record cannot be read"
     changed = []
     for name in dict.fromkeys((*current, *before)):
         old, new = before.get(name, "not used"), current.get(name, "not used")

@@ -66,7 +66,7 @@ def sampled_parameters(stored: Stored) -> tuple[list[Varied], str]:
     if changed:
         return [], (
             f"the sampled parameters cannot be drawn again as in {stored.path.name}, since this has changed: {changed}"
-            "; so what hangs on them is not drawn. Compute the sweep anew"
+            "; so figures over them are not drawn. Recompute the sweep"
         )
     sampler, count = Sampler(sweep), stored.samples
     parameters: list[Varied] = []
@@ -148,8 +148,8 @@ def stability(stored: Stored, at: float | None) -> Stability | None:
         nearest_speeds = ", ".join(f"{speed:g}" for speed in speeds[np.argsort(np.abs(speeds - requested))[:2]])
         how = f"give one that it holds, the nearest are {nearest_speeds} m/s" if nearest_speeds else "leave --at out"
         raise InputError(
-            f"--at {requested:g}: {stored.path.name} does not tell of this speed, and what makes it has changed since, "
-            f"so it cannot be computed anew; {how}"
+            f"--at {requested:g}: {stored.path.name} has no result at this speed, and its inputs have changed since, "
+            f"so it cannot be recomputed; {how}"
         )
     return nearest
 

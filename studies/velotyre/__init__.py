@@ -70,7 +70,7 @@ PLACES = {
     "tyre.fits.slip_sweep": ("fit_slip_sweep",),
     "tyre.fits.recording_files": ("read_recording",),
 }  # fmt: skip
-"""Module -> what of it stands in this door."""
+"""Module -> its names in this library."""
 
 HOME = {name: module for module, names in PLACES.items() for name in names}
 

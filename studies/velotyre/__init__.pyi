@@ -1,4 +1,4 @@
-# Written by python -m studies.door.door_stubs from the door's table and the declarations of the effects.
+# Written by python -m studies.door.door_stubs from the table of names and the declarations of the effects.
 
 from bicycle import (
     Bicycle,

@@ -1,4 +1,4 @@
-# Written by python -m studies.door.door_stubs from the door's table and the declarations of the effects.
+# Written by python -m studies.door.door_stubs from the table of names and the declarations of the effects.
 
 from bicycle.effects.effect import Effect, PerWheel, PerWheelValue
 
@@ -215,7 +215,7 @@ class FrontCompliance(Effect):
     stiffness : float, N m/rad, default 3000
         Of the hinge; typical 1000 .. 10000, allowed 0 .. inf; the effect vanishes at inf; negligible above 20000.
     damping : float, N m s/rad, default 20
-        Of the hinge; typical 5 .. 40 (assumed, no front was measured), allowed 0 .. inf.
+        Of the hinge; typical 5 .. 40 (assumed, not measured), allowed 0 .. inf.
     joint_x : float, m
         Hinge; typical 0.7 .. 1, allowed any.
     joint_z : float, m
@@ -290,8 +290,8 @@ class Longitudinal(Effect):
     Parameters
     ----------
     drive_force : float, N, default 0
-        At the rear contact, beside that against drag; typical 0 .. 200, allowed 0 .. inf; the effect vanishes at 0;
-        negligible below 10.
+        At the rear contact, in addition to that against drag; typical 0 .. 200, allowed 0 .. inf; the effect
+        vanishes at 0; negligible below 10.
     brake_force : float, N, default 0
         Backwards at both contacts; typical 0 .. 300, allowed 0 .. inf; the effect vanishes at 0; negligible below
         10.
@@ -453,10 +453,10 @@ class RearCompliance(Effect):
     ) -> None: ...
 
 class RelaxationLength(Effect):
-    """First-order lateral force, (lambda/v) dF/dt + F = C alpha + camber force, regular at v = 0.
+    """First-order lateral force, (sigma/v) dF/dt + F = C_alpha alpha + camber force, regular at v = 0.
 
-    Written as dF/dt = -(C/lambda) s - (v/lambda) (F - camber force): C/lambda is the lateral stiffness K_y of the
-    standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens lambda to C (1/K_y + 1/K_w).
+    Written as dF/dt = -(C_alpha/sigma) s - (v/sigma) (F - camber force): C_alpha/sigma is the lateral stiffness K_y of
+    the standing tyre. A compliance 1/K_w in series (rim, spokes) lengthens sigma to C_alpha (1/K_y + 1/K_w).
 
     Parameters
     ----------
@@ -748,7 +748,7 @@ class RotatingMass(Effect):
     ratio : float, dimensionless, default 1
         Turns for one turn of the rear wheel; typical -5 .. 20, allowed any.
     spin : float, rad/s, default 0
-        Beside, whatever the speed; typical -500 .. 1000, allowed any.
+        Further spin, at any speed; typical -500 .. 1000, allowed any.
 
     Notes
     -----
@@ -1048,7 +1048,7 @@ class UnmodelledTorque(Effect):
     ) -> None: ...
 
 class WheelCompliance(Effect):
-    """A spring K_w between hub and tyre: the relaxation length grows from C / K_y to C (1/K_y + 1/K_w).
+    """A spring K_w between hub and tyre: the relaxation length grows from C_alpha / K_y to C_alpha (1/K_y + 1/K_w).
 
     Rigs measure the tyre on a stiff rim; the wheel of a rider is softer. Its mass and its camber are not affected,
     and a relaxation length of aligning_moment is taken as given.

@@ -274,5 +274,5 @@ def test_covariances_of_parameters_are_put_together():
     assert whole != one
     with pytest.raises(InputError, match=r"covariance of a, b has the shape \(1, 1\); it must be 2 x 2"):
         ParameterCovariance(("a", "b"), np.ones((1, 1)))
-    with pytest.raises(InputError, match="covariance of a, c, a: a parameter stands there twice; keep one"):
+    with pytest.raises(InputError, match="covariance of a, c, a: a parameter is given twice; keep one"):
         ParameterCovariance(("a", "c", "a"), np.eye(3))

@@ -3,7 +3,7 @@
 Each campaign has one laboratory, whose recordings scatter by an unknown amount; the fit is told the default
 repeatability of 1 %. Scatter is drawn as that statement means it (scaled inverse chi^2, 8 degrees of freedom), or is a
 fixed multiple of it: a laboratory that is twice as bad as it says is covered less often, which the result shows.
-Counted: how often the interval of C_Fy of a condition with two sweeps (with no repeats: one) holds the truth.
+Counted: how often the interval of C_alpha of a condition with two sweeps (with no repeats: one) holds the truth.
 """
 
 from pathlib import Path

@@ -1,9 +1,9 @@
-"""Does the 95 % interval of a rig campaign hold the truth? SYNTHETIC campaigns with known C_Fy and K_y.
+"""Does the 95 % interval of a rig campaign hold the truth? SYNTHETIC campaigns with known C_alpha and K_y.
 
 Every campaign is drawn anew (tyre, loads, pressure, noise, drift, friction, offsets, repeatability, calibration
 errors, sweep rates, axis convention), written to CSV files with sidecars, and fitted from those files the way a
 user would. Calibration errors are drawn from the very certificates the fit is told of, and the repeatability that
-it is told is that of the remounting that is drawn. Counted: how often the interval of C_Fy, K_y and C/K holds the
+it is told is that of the remounting that is drawn. Counted: how often the interval of C_alpha, K_y and C/K holds the
 truth, the mean relative error, and what the same fits say without the lag correction.
 """
 

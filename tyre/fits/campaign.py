@@ -272,7 +272,7 @@ class CurvatureExponent:
     exponent: Estimate  # n, without unit; its standard uncertainty is NaN of a single pair
     pairs: int  # how many loads and pressures were measured on both surfaces
     drum_radius: float  # m, mean over the pairs
-    ratio: float  # C_Fy on the drum over that on the flat track, geometric mean over the pairs
+    ratio: float  # C_alpha on the drum over that on the flat track, geometric mean over the pairs
 
 
 @dataclass(frozen=True)

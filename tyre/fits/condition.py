@@ -223,10 +223,10 @@ class ConditionResult:
     pressure: float  # Pa, likewise
     camber: float  # rad, positive to the right, likewise
     drum_radius: float | None  # m; None on a flat track
-    cornering_stiffness: Estimate | None  # C_Fy, N/rad
+    cornering_stiffness: Estimate | None  # C_alpha, N/rad
     lateral_stiffness: Estimate | None  # K_y, N/m
-    relaxation_length: Estimate | None  # C_Fy / K_y, m
-    covariance: NDArray[np.float64] | None  # (3, 3), of (C_Fy, K_y, C_Fy / K_y) in N/rad, N/m and m
+    relaxation_length: Estimate | None  # C_alpha / K_y, m
+    covariance: NDArray[np.float64] | None  # (3, 3), of (C_alpha, K_y, C_alpha / K_y) in N/rad, N/m and m
     r_squared: float | None  # mean of the sweeps'
     pneumatic_trail: Estimate | None  # m, at zero slip; the lateral force acts behind the contact centre
     routes: Agreement | None  # test of C/K and the ``direct`` routes against each other; None with fewer than two
@@ -421,9 +421,9 @@ def with_load_trend(conditions: Sequence[ConditionResult]) -> list[ConditionResu
         low, high = LIMITS.by_load
         if not low - doubt <= exponent <= high + doubt:
             text = (
-                f"lateral stiffness goes from {1e-3 * first.value:.1f} N/mm at {lighter.load:g} N to "
-                f"{1e-3 * second.value:.1f} N/mm at {heavier.load:g} N, as load^{exponent:.1f}; tyres keep to "
-                f"load^{low:g} to load^{high:g}: look at the pulls at both loads"
+                f"lateral stiffness changes from {1e-3 * first.value:.1f} N/mm at {lighter.load:g} N to "
+                f"{1e-3 * second.value:.1f} N/mm at {heavier.load:g} N, as load^{exponent:.1f}; usual are "
+                f"load^{low:g} to load^{high:g}: check the lateral stiffness tests at both loads"
             )
             for condition in (lighter, heavier):
                 warnings.setdefault(condition.label, []).append(text)

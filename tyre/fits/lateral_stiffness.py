@@ -86,7 +86,7 @@ def fit_lateral_stiffness(test: LateralStiffnessTest, *, calibration: Calibratio
     if span <= 20.0 * max(resolution, 1e-7):
         raise InputError(
             f"{where}: the tyre deflects by {1e3 * span:.3f} mm, less than 20 reading steps "
-            f"({1e3 * resolution:.3f} mm); pull further or use a finer gauge"
+            f"({1e3 * resolution:.3f} mm); increase the deflection or use a finer gauge"
         )
     if np.polyfit(deflection, force, 1)[0] <= 0.0:
         raise InputError(f"{where}: the lateral force falls with plate - rim displacement; check their signs")
@@ -161,16 +161,17 @@ def _notes(curve: PullCurve, reach: float, departure: float) -> list[str]:
     notes = []
     if used < pull.force.size:
         notes.append(
-            f"the tyre slides, or a gauge slips, beyond {1e3 * reach:.2f} mm: the {pull.force.size - used} of "
-            f"{pull.force.size} readings from there on follow no law of a tyre that sticks and are left out"
+            f"the tyre or a gauge slides beyond {1e3 * reach:.2f} mm: {pull.force.size - used} of {pull.force.size} "
+            "readings fit no law of an adhering tyre and are rejected"
         )
     if abs(departure) > 0.02:
-        notes.append(f"force departs {100 * departure:+.1f} % from the initial slope at {1e3 * reach:.2f} mm")
+        side = "below" if departure < 0 else "above"
+        notes.append(f"at {1e3 * reach:.2f} mm the force is {abs(100 * departure):.1f} % {side} the initial tangent")
     if np.sum(pull.turns < used - 1) == 1:
-        notes.append("loading only: friction cannot be told from the offset")
+        notes.append("loading only: friction and offset are not separable")
     if curve.poor:
         notes.append(
-            f"the fit leaves {curve.leader.left_over:.2g} N, more than the noise from reading to reading "
-            f"({curve.noise:.2g} N); the interval is wider for it"
+            f"residuals of the fit, {curve.leader.left_over:.2g} N, exceed the noise between readings "
+            f"({curve.noise:.2g} N); the interval is widened"
         )
     return notes

@@ -28,7 +28,7 @@ from tyre.recordings.recording import (
 
 EVERY = {name: channel.quantity for name, channel in CHANNELS.items()}
 QUANTITIES = {name: quantity for name, quantity in EVERY.items() if name != "time"}
-"""Channels of a rig beside ``time``, and what each measures."""
+"""Channels of a rig other than ``time``, and the quantity of each."""
 
 _PULL_COLUMNS = ("plate_displacement", "rim_displacement")
 _MISSING = ("", "NaN", "nan", "NAN", "NA", "NOTAVAIL")

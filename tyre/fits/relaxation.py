@@ -237,7 +237,7 @@ def _over_distance(run: RigRun, where: str) -> tuple[Channel, Channel, Channel, 
 def relaxation_from_stiffness(
     *, cornering_stiffness: Estimate, lateral_stiffness: Estimate, calibration: Calibration
 ) -> tuple[Estimate, NDArray[np.float64]]:
-    """Relaxation length C_Fy / K_y with the covariance of all three (Dell'Orto et al., eq. 3)."""
+    """Relaxation length C_alpha / K_y with the covariance of all three (Dell'Orto et al., eq. 3)."""
     c, k = cornering_stiffness.value, lateral_stiffness.value
     c_sd, k_sd = cornering_stiffness.sd / c, lateral_stiffness.sd / k
     length = c / k

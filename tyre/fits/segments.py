@@ -134,9 +134,9 @@ def level_conditions(runs: Mapping[str, RigRun]) -> dict[str, Condition]:
             if np.abs(values - middle).max() > tolerance.width(middle):
                 run, range_shown = runs[members[0]], [end / tolerance.size for end in (values.min(), values.max())]
                 raise InputError(
-                    f"{run.source}: the {quantity} of its {len(values)} stretches goes from {range_shown[0]:.4g} to "
-                    f"{range_shown[1]:.4g} {tolerance.unit} without levels that are apart: these are no repeats of one "
-                    "condition; describe them in sidecars of their own, with [[windows]]"
+                    f"{run.source}: the {quantity} of its {len(values)} stretches varies from {range_shown[0]:.4g} to "
+                    f"{range_shown[1]:.4g} {tolerance.unit} without distinct levels: these are not repeats of one "
+                    "condition; describe them in separate sidecars, with [[windows]]"
                 )
             for name in members:
                 known_values[name][quantity] = float(tolerance.nominal(middle))

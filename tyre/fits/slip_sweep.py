@@ -23,7 +23,7 @@ class AligningMoment:
 
     pneumatic_trail: float  # t, m
     pneumatic_trail_sd: float  # m, of the fit; the calibration of the moment cell is not in it
-    slope: float  # dMz/d(slip) = -t C_Fy, N m/rad
+    slope: float  # dMz/d(slip) = -t C_alpha, N m/rad
     offset: float  # N m, of the moment where the lateral force without its offset is zero
     r_squared: float  # of the block means
     at_zero: tuple[float, float]  # moment at zero recorded slip and its standard deviation, N m
@@ -128,7 +128,7 @@ def fit_aligning_moment(
 class ForceAtZero:
     """Lateral force at zero slip and its slope, over the laws of the lateral force that are possible."""
 
-    stiffness: float  # C_Fy, N/rad
+    stiffness: float  # C_alpha, N/rad
     stiffness_sd: float  # N/rad, of the fit and of what the laws differ by
     force: float  # N, at zero recorded slip, Sv included
     force_sd: float  # N, likewise
@@ -204,9 +204,9 @@ def _curve(
 class SlipSweepFit:
     """Result of one slip sweep (SI units, adapted SAE)."""
 
-    cornering_stiffness: Estimate  # C_Fy, N/rad, with fit, stated repeatability and calibration in its interval
-    fit_sd: float  # of C_Fy from the (correlated) residuals and the laws of this recording alone, N/rad
-    curve_slope: float  # of the fitted Magic Formula at zero slip, N/rad: C_Fy unless a brush fits better
+    cornering_stiffness: Estimate  # C_alpha, N/rad, with fit, stated repeatability and calibration in its interval
+    fit_sd: float  # of C_alpha from the (correlated) residuals and the laws of this recording alone, N/rad
+    curve_slope: float  # of the fitted Magic Formula at zero slip, N/rad: C_alpha unless a brush fits better
     curve_slope_sd: float  # of the residuals if the Magic Formula is the law, N/rad
     # ``peak`` N, ``shape``, ``curvature``, ``horizontal_shift`` (Sh, rad), ``vertical_shift`` (Sv, N), ``drift`` (N
     # over the recording), ``lag`` (s), ``hysteresis`` (rad)
@@ -245,7 +245,7 @@ def fit_slip_sweep(
 ) -> SlipSweepFit:
     """Fit the steady lateral force curve of one slip sweep.
 
-    The model is Fy(t) = Sv + drift t + MF(slip history + Sh), MF in terms of its slope at zero (C_Fy), seen through
+    The model is Fy(t) = Sv + drift t + MF(slip history + Sh), MF in terms of its slope at zero (C_alpha), seen through
     the first-order lag of Dell'Orto et al., eq. (1). MF is that of the mean load, and follows the measured load in
     proportion. Samples within half a metre after a reversal are left out (the lag is not steady there). A robust loss
     (soft L1 at three standard deviations) holds spikes down; the covariance allows for correlated residuals. Samples in

@@ -390,7 +390,7 @@ def _free_parameters(
     if relaxation_length is not None and blocks.speed is None:
         raise InputError(f"{where}: a known relaxation length needs the speed; give speed_km_h in the sidecar")
     if not both_ways and relaxation_length is None and lag_correction:
-        notes.append("only one direction of sweep: the lag cannot be told from the offset Sh and is not removed")
+        notes.append("only one direction of sweep: lag and offset Sh are not separable; the lag is not removed")
     free = dict.fromkeys(NAMES, True)
     free["lag"] = lag_correction and both_ways and relaxation_length is None
     # rates in one recording that differ by half tell lag from hysteresis, which does not depend on the rate

@@ -109,7 +109,7 @@ def _tydex_channels(document: TydexDocument, notes: list[str]) -> dict[str, Chan
         unit = find_unit(entry.unit, CHANNELS[name].quantity, where=f"{document.source}, channel {tydex_name}")
         channels[name] = unit.factor * document.physical(tydex_name) + unit.offset
         if tydex_name in ("FYH", "FZH", "MZH"):
-            notes.append(f"{tydex_name} (H-axes) stands in for {candidates[0]} (W-axes)")
+            notes.append(f"{tydex_name} (H-axes) replaces {candidates[0]} (W-axes)")
         if entry.measured_offset:
             notes.append(f"{tydex_name}: offset of the measured value added before the conversion factor")
     return channels

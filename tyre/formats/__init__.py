@@ -34,10 +34,13 @@ def contents(path: str | Path, *, reading: Reading | None = None) -> Contents:
     """List the columns of a recording, without their values; ``reading`` is what the file does not say of itself."""
     path = Path(path)
     form = FORMATS.get(path.suffix.casefold())
+    if path.is_dir():
+        endings = sorted(file.suffix for file in path.iterdir() if file.suffix.casefold() in FORMATS)
+        raise InputError(f"{path} is a folder; give files: {path / '*'}{endings[0] if endings else '.csv'}")
     if form is None:
         raise InputError(f"{path}: recordings end in {', '.join(FORMATS)}, not in {path.suffix!r}")
     if not path.is_file():
-        raise InputError(f"{path}: {'is a folder; give a file' if path.is_dir() else 'no such recording'}")
+        raise InputError(f"{path}: no such recording")
 
     if form not in OWN and child.apart():
         return child.list_in_child(path, reading or Reading())

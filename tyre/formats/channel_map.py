@@ -325,7 +325,7 @@ def _mounting(value: Any) -> Mounting:
     if "angles_deg" in keys and "order" not in keys:
         raise table_refusal('angles_deg needs its order, such as order = "ZYX"; see the documentation')
     if "matrix" in keys and "order" in keys:
-        raise table_refusal("order belongs to angles_deg; take it out beside a matrix")
+        raise table_refusal("order belongs to angles_deg; delete it or the matrix")
     rotation = _nearest_rotation(keys["matrix"]) if "matrix" in keys else _euler(keys["order"], keys["angles_deg"])
     return Mounting(names, rotation, float(np.deg2rad(keys["sd_deg"])))
 

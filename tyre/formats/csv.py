@@ -444,7 +444,7 @@ def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -
         raise InputError(garbled[0])
     if garbled:
         first = garbled[0].removeprefix(f"{path}, ")
-        notes.append(f"damaged lines that count as missing samples: {len(garbled)}, the first {first}")
+        notes.append(f"damaged lines treated as missing samples: {len(garbled)}, the first {first}")
     if not rows and places:
         raise InputError(f"{path}: has names of columns but no samples; was the file cut off?")
     columns = [x[: rows if most is None else min(rows, most)] for x in columns]

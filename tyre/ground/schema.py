@@ -107,7 +107,7 @@ def text(says: str = "must be text in quotes", *, allowed: Collection[str] | Non
         if not blank and not value.strip():
             raise Refusal("is empty")
         if "\0" in value:  # which no path may hold, and no name
-            raise Refusal("holds a NUL character; write it anew")
+            raise Refusal("holds a NUL character; delete it")
         return value
 
     return check

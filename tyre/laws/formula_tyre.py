@@ -30,7 +30,7 @@ from tyre.measured.properties import (
 class FormulaTyre(TyreSource):
     """A tyre whose coefficients hold its linear properties over load and pressure."""
 
-    relative_stiffness_sd: float = field(default=0.0, kw_only=True)  # assumed of C_Fy and of K_y, over the value
+    relative_stiffness_sd: float = field(default=0.0, kw_only=True)  # assumed of C_alpha and of K_y, over the value
 
     def __post_init__(self) -> None:
         sd = self.relative_stiffness_sd

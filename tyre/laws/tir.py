@@ -109,7 +109,7 @@ def parse(text: str, *, source: str) -> TirText:
             skipped.append(f"line {number} {stripped[:30]!r}")
             continue
         if current is None:
-            raise InputError(f"{where}: {stripped[:60]!r} stands before the first [SECTION]; is this a .tir file?")
+            raise InputError(f"{where}: {stripped[:60]!r} comes before the first [SECTION]; is this a .tir file?")
         key = assignment[1].upper()
         value = _value(assignment[2].strip())
         if value == "":

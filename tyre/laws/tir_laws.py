@@ -86,7 +86,7 @@ class Coefficients:
         return force, force / self.nominal_load - 1, dpi
 
     def cornering_stiffness(self, *, load: ArrayLike, pressure: ArrayLike, camber: ArrayLike = 0.0) -> Array:
-        """C_Fy, N/rad, > 0 whatever the signs of the file (4.E25; chapter 11 for motorcycle tyres)."""
+        """C_alpha, N/rad, > 0 whatever the signs of the file (4.E25; chapter 11 for motorcycle tyres)."""
         force, _, dpi = self._relative(load, pressure)
         lean = np.asarray(camber, dtype=np.float64)
         height = self["LKY"] * abs(self["PKY1"]) * self.nominal_load
@@ -242,7 +242,7 @@ class Coefficients:
 
     @property
     def change_by_shifts(self) -> tuple[float, float]:
-        """Relative change of C_Fy and of the moment of camber by the shifts of the curve; NaN without a curve."""
+        """Relative change of C_alpha and of the moment of camber by the shifts of the curve; NaN without a curve."""
         at = {"load": np.array([self.nominal_load]), "pressure": np.array([self["NOMPRES"]])}
         shifts = ("PHY1", "PHY2", "PVY1", "PVY2", "QHZ1", "QHZ2", "QDZ6", "QDZ7")
         straight, changes = replace(self, values={k: v for k, v in self.values.items() if k not in shifts}), []

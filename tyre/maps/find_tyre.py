@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tyre.laws.pacejka89 import Pacejka89Tyre
 
 CHOICE = "?camber_moment="
-"""Stands between a .tir file and its moment of camber: ``my.tir?camber_moment=book``."""
+"""Separates a .tir file from its moment of camber: ``my.tir?camber_moment=book``."""
 
 FILE_ENDINGS = (".csv", ".tir", ".toml", ".json", ".yaml", ".yml", ".mat")
 

@@ -212,7 +212,7 @@ def _parse(table_path: Traversable, sidecar_path: Traversable, tyre: str = "") -
                     "place of relaxation_length_mm."
                 )
         if length_sd in columns and length_sd in keys:
-            raise InputError(f"{name}: relaxation_length_sd_mm stands in the table and in its sidecar; keep one.")
+            raise InputError(f"{name}: relaxation_length_sd_mm is in the table and in its sidecar; keep one.")
         relative_sd = columns.get(length_sd, keys.get(length_sd, 0.0) + relative_sd) / columns["relaxation_length_mm"]
         values["lateral_stiffness"] = values["cornering_stiffness"] / (columns["relaxation_length_mm"] / 1e3)
     elif length_sd in keys or length_sd in columns:

@@ -290,8 +290,8 @@ class TyreMap(TyreSource):
 
     The measured conditions are returned as they stand. Between them the value is a smooth trend plus the bilinearly
     interpolated difference of the measured values from it; beyond them the difference fades out over one interval of
-    the grid, and the result is marked extrapolated. The trend of C_Fy is the MF6.1 form, that of K_y is linear in load
-    and pressure (so inside the grid K_y is simply bilinear in the measured values).
+    the grid, and the result is marked extrapolated. The trend of C_alpha is the MF6.1 form, that of K_y is linear in
+    load and pressure (so inside the grid K_y is simply bilinear in the measured values).
 
     The covariance has three parts: the measured standard deviations, carried by the same weights (errors of a lateral
     stiffness shared between conditions stay shared); the misfit of the trend, which measures how much a tyre departs
@@ -303,8 +303,8 @@ class TyreMap(TyreSource):
     measured : MeasuredTable
         The measured conditions.
     relative_cornering_stiffness_sd : float
-        Assumed sd(C_Fy) / C_Fy for tables that state none (the paper's do not), mostly common to all conditions; as
-        much of K_y if the table states none of it either. It adds to the uncertainty of the relaxation length.
+        Assumed sd(C_alpha) / C_alpha for tables that state none (the paper's do not), mostly common to all conditions;
+        as much of K_y if the table states none of it either. It adds to the uncertainty of the relaxation length.
 
     Raises
     ------
@@ -381,7 +381,7 @@ class TyreMap(TyreSource):
         return cls(table, relative_cornering_stiffness_sd)
 
     def to_file(self, path: str | Path) -> None:
-        """Write the measured table and its sidecar; the assumption on C_Fy is not part of it.
+        """Write the measured table and its sidecar; the assumption on C_alpha is not part of it.
 
         Parameters
         ----------
@@ -398,7 +398,7 @@ class TyreMap(TyreSource):
 
     @cached_property
     def cornering_stiffness_trend(self) -> Trend:
-        """The MF6.1 form fitted to the measured C_Fy: parameters, residuals and misfit in N/rad."""
+        """The MF6.1 form fitted to the measured C_alpha: parameters, residuals and misfit in N/rad."""
         return fit_law(mf61.CORNERING, self.measured.load, self.measured.pressure, self.measured.cornering_stiffness)
 
     @cached_property
@@ -465,7 +465,7 @@ class TyreMap(TyreSource):
         ------
         InputError
             A load or pressure that is not finite and positive, one the table cannot tell anything about (another
-            pressure than the only one measured, say), or an extrapolation to C_Fy <= 0 or K_y <= 0.
+            pressure than the only one measured, say), or an extrapolation to C_alpha <= 0 or K_y <= 0.
         """
         table = self.measured
         load, pressure = self._columns(conditions)
@@ -539,7 +539,7 @@ class TyreMap(TyreSource):
         return super().origin(load=load, pressure=pressure)
 
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:
-        """C_Fy, K_y and relaxation length at many conditions, as ``at`` gives them for one; nothing is checked."""
+        """C_alpha, K_y and relaxation length at many conditions, as ``at`` gives them for one; nothing is checked."""
         # a sum over each row: the same to the last bit however many conditions are asked together
         weights = grid_weights(self.measured.load, self.measured.pressure, load, pressure)
         cornering, lateral = (
@@ -575,7 +575,9 @@ class TyreMap(TyreSource):
         notes.append(f"lateral stiffness {way}: {law}, misfit of a linear law {lateral.misfit / 1e3:.1f} N/mm{jumps}")
         for name, trend in (("cornering", cornering), ("lateral", lateral)):
             if trend.degrees_of_freedom < 1:
-                notes.append(f"too few conditions to estimate the misfit of the {name} stiffness; it counts as zero")
+                notes.append(
+                    f"too few conditions to estimate the misfit of the {name} stiffness; it is treated as zero"
+                )
         return tuple(notes)
 
     def _refuse(self, load: float, pressure: float) -> None:

@@ -103,11 +103,11 @@ class TyreProperties:
     pressure : float
         Inflation pressure, Pa; NaN of a tyre that has none.
     cornering_stiffness : float
-        C_Fy = dFy/d(alpha) at zero slip, N/rad.
+        C_alpha = dFy/d(alpha) at zero slip, N/rad.
     lateral_stiffness : float
         K_y = dFy/d(lateral tyre deflection), N/m; NaN where the source holds none.
     relaxation_length : float
-        C_Fy / K_y, m (Dell'Orto et al., eq. 3).
+        C_alpha / K_y, m (Dell'Orto et al., eq. 3).
     covariance : ndarray, shape (3, 3)
         Of (cornering stiffness, lateral stiffness, relaxation length), SI units.
     origin : {"measured", "interpolated", "extrapolated"}
@@ -132,7 +132,7 @@ class TyreProperties:
     pneumatic_trail, pneumatic_trail_sd : float or None
         t = -dMz/dFy at zero slip without camber, and one standard deviation, m; None where not known, as below.
     direct_relaxation_lengths : mapping of str to Estimate
-        Relaxation length by other routes than C_Fy / K_y, by the name of the route, m.
+        Relaxation length by other routes than C_alpha / K_y, by the name of the route, m.
     camber_stiffness : float or None
         C_gamma = dFy/d(camber) at zero slip, N/rad, > 0 where a lean to the right pushes to the right.
     twisting_stiffness : float or None
@@ -168,7 +168,7 @@ class TyreProperties:
 
     @property
     def aligning_stiffness(self) -> float | None:
-        """C_M = -dMz/d(slip) = t C_Fy at zero slip, N m/rad; None where the trail is not known."""
+        """C_M = -dMz/d(slip) = t C_alpha at zero slip, N m/rad; None where the trail is not known."""
         return None if self.pneumatic_trail is None else self.pneumatic_trail * self.cornering_stiffness
 
     @property
@@ -183,7 +183,7 @@ class TyreProperties:
 
     @property
     def cornering_stiffness_sd(self) -> float:
-        """One standard deviation of C_Fy, N/rad; NaN if it is neither stated nor assumed."""
+        """One standard deviation of C_alpha, N/rad; NaN if it is neither stated nor assumed."""
         return self._sd(0, stated=self.cornering_stiffness_sd_stated)
 
     @property
@@ -219,9 +219,9 @@ def parameters_of_effects(values: Mapping[str, Any], *, load: Any) -> dict[str, 
 
 def stiffness_note(relative_sd: float, quantity: str = "cornering") -> str:
     """Return the note on a source that states no uncertainty of a stiffness, for the assumed ``relative_sd``."""
-    assumption = "none is assumed, so it counts as exact where it was measured"
+    assumption = "none is assumed, so it is treated as exact where it was measured"
     if relative_sd:
-        assumption = "assumed is {:g} % (one standard deviation)"
+        assumption = "assumed: {:g} % (one standard uncertainty)"
     return UNSTATED.format(quantity) + assumption.format(100 * relative_sd)
 
 
@@ -241,7 +241,7 @@ class JointCovariance:
     def __post_init__(self) -> None:
         size = len(self.names)
         if len(set(self.names)) < size:
-            raise InputError(f"covariance of {', '.join(self.names)}: a parameter stands there twice; keep one")
+            raise InputError(f"covariance of {', '.join(self.names)}: a parameter is given twice; keep one")
         for matrix in (self.matrix, *self.variance_spread):
             if np.shape(matrix) != (size, size):
                 raise InputError(
@@ -310,7 +310,7 @@ class JointProperties:
 
     @property
     def covariance(self) -> Array:
-        """Covariance of (C_Fy, K_y, relaxation length) of each, SI units, shape (3 n, 3 n)."""
+        """Covariance of (C_alpha, K_y, relaxation length) of each, SI units, shape (3 n, 3 n)."""
         return self.joint.among(stiffness_names(range(len(self.properties))))
 
 

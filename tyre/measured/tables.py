@@ -126,7 +126,7 @@ class MeasuredTable:
     load, pressure : ndarray, shape (N,)
         Vertical load, N, and inflation pressure, Pa.
     cornering_stiffness, lateral_stiffness : ndarray, shape (N,)
-        C_Fy, N/rad, and K_y, N/m; the relaxation length is their ratio.
+        C_alpha, N/rad, and K_y, N/m; the relaxation length is their ratio.
     cornering_stiffness_sd : ndarray, shape (N,), or None
         One standard deviation, N/rad; None where the source states none. Independent between conditions but for
         ``calibration``, which it holds.
@@ -135,7 +135,7 @@ class MeasuredTable:
     calibration : CommonCalibration or None
         Gains of the rig, whose errors are common to all conditions and, the load cell's, to both stiffnesses.
     stiffness_correlation : ndarray, shape (N,), or None
-        Correlation of C_Fy and K_y at each condition; None: what the calibration makes it.
+        Correlation of C_alpha and K_y at each condition; None: what the calibration makes it.
     cornering_stiffness_dof, lateral_stiffness_dof : ndarray, shape (N,), or None
         Degrees of freedom behind the standard deviations; both or none.
     pneumatic_trail : MeasuredColumn or None
@@ -143,7 +143,7 @@ class MeasuredTable:
     camber_stiffness : MeasuredColumn or None
         Lateral force per camber at zero slip, N/rad.
     direct_relaxation_length : mapping of str to MeasuredColumn
-        Relaxation length measured by other routes than C_Fy / K_y, by the name of the route, m.
+        Relaxation length measured by other routes than C_alpha / K_y, by the name of the route, m.
     lateral_stiffness_shared_over : tuple of str
         Conditions that differ only in these (``load``, ``pressure``, ``surface``) share their lateral-stiffness error.
     resolution : tuple of float or None

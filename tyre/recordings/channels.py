@@ -136,7 +136,7 @@ def _unit(signals: Signals, entry: MappedColumn, quantity: str, where: str, name
         if not agrees:
             raise InputError(
                 f"{place}: the file says {written!r}, the channel map {entry.unit!r}; take the unit out of the map, "
-                f"give a scale, or, if the file is wrong, write instead_of = {written!r} beside the unit"
+                f"give a scale, or, if the file is wrong, write instead_of = {written!r} next to the unit"
             )
     return unit
 

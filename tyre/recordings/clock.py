@@ -67,7 +67,8 @@ def check_clock(time: Array, *, where: str) -> tuple[str, ...]:
 
 
 DAMAGED = 200
-"""Samples, one of which may have a time that is missing or runs back for it alone: it counts as a missing sample."""
+"""Samples, one of which may have a time that is missing or runs back for it alone: it is treated as a missing "
+"sample."""
 
 
 def damaged_times(time: Array) -> NDArray[np.bool_]:
@@ -151,7 +152,7 @@ def _drop_damaged(
         return dict(times), dict(values), ()
     sound = {id(time): time[~damaged[id(time)]] for time in times.values()}  # one array for the channels that share it
     sound_values = {name: values[name][~damaged[id(time)]] for name, time in times.items()}
-    note = f"samples whose time is missing or out of order, which count as missing: {count}"
+    note = f"samples whose time is missing or out of order, treated as missing: {count}"
     return {name: sound[id(time)] for name, time in times.items()}, sound_values, (note,)
 
 
@@ -218,7 +219,7 @@ def _resample(
     else:
         time = first + np.arange(int(np.floor((last - first) * how.rate * (1 + 1e-12))) + 1) / how.rate
     if time.size < 2:
-        raise InputError(f"{where}: resampling leaves {time.size} samples; take a higher rate")
+        raise InputError(f"{where}: only {time.size} samples after resampling; take a higher rate")
     resampled: dict[str, Array] = {}
     notes = []
     rate = (time.size - 1) / (time[-1] - time[0])

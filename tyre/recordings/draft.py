@@ -41,7 +41,7 @@ _NAMES = {
 _TIMES = {"millis": "ms", "micros": "us", "nanos": "ns", "seconds": "s"}
 """Word in the name of a column of times -> its unit."""
 _ROTATION = re.compile(r"ang|rot|roll|yaw|pitch|lean|steer|gyro|spin|winkel|dreh|gier|lenk", re.IGNORECASE)
-"""Words in the name of a velocity that is no speed, unless its unit says so."""
+"""Words in the name of a velocity that is no speed, unless its unit is that of one."""
 _OF_A_PHONE = "gyroscope"
 _OF_ROS = re.compile(r"angular_velocity[./][xyz]$")
 """Name of a column of ROS's message sensor_msgs/Imu, whose definition says rad/s about the axes of the sensor."""

@@ -48,7 +48,7 @@ class Condition:
 SIMULATED_NOTE = "synthetic: computed by the rig simulator, not measured"
 COMPUTED_NOTE = "synthetic: computed by a simulation, not measured"
 SYNTHETIC_NOTES = (SIMULATED_NOTE, COMPUTED_NOTE)
-"""Notes in files of synthetic recordings for their readers; ``synthetic`` of the recording says it already."""
+"""Notes in files of synthetic recordings for their readers; ``synthetic`` of the recording already states it."""
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ TOLERANCES = {
     "pressure": Tolerance("pressure", 0.03, 0.0, "bar", PASCAL_PER_BAR, (0.5, 0.1, 0.05)),
     "camber": Tolerance("inclination", 0.0, 0.5 * _DEGREE, "deg", _DEGREE, (1.0, 0.5, 0.1)),
 }
-"""Width of the load, pressure and camber that count as one condition."""
+"""Width of the load, pressure and camber that are treated as one condition."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ def _check_rolling(verdict: Preflight, run: RigRun, load_tolerance: float) -> No
             "speed: the rate lag cannot be removed and no relaxation length be had from rates or steps"
         )
     if run.temperature is None and run.condition.temperature is None:
-        verdict.missing.append("temperature: its drift cannot be told from wear")
+        verdict.missing.append("temperature: its drift and wear are not separable")
 
 
 def _check_sweeps(verdict: Preflight, lowest: float, highest: float, branches: int) -> None:
@@ -179,7 +179,7 @@ def _check_reach(verdict: Preflight, lowest: float, highest: float) -> None:
         radians = " (radians under deg?)" if least * _DEGREE <= reach <= 20.0 * _DEGREE else ""
         verdict.forbids(f"slip range is +-{reach:.2g} deg, at least +-{least:g} deg are needed{radians}")
     elif lowest > -0.25 * highest or highest < -0.25 * lowest:
-        verdict.problems.append("slip goes to one side only: offset and slope cannot be told apart")
+        verdict.problems.append("slip to one side only: offset and slope are not separable")
     elif half < good * _DEGREE:
         verdict.problems.append(f"slip range is +-{reach:.2g} deg, curvature shows only beyond +-{good:g} deg")
 
@@ -306,7 +306,7 @@ def _check_pull(verdict: Preflight, test: LateralStiffnessTest) -> None:
         verdict.missing.append(f"rim displacement: {stays:.4g} mm throughout, the rim is taken as rigid")
     back = np.abs(deflection[int(np.nanargmax(np.abs(deflection))) :])
     if float(np.nanmin(back)) > 0.8 * float(np.nanmax(back)):
-        verdict.missing.append("unloading: friction cannot be told from stiffness")
+        verdict.missing.append("unloading: friction and stiffness are not separable")
 
 
 def reading_step(displacement: Channel) -> float:

@@ -317,7 +317,7 @@ def test_without_turn_slip_the_standing_wheel_turns_freely():
     *((law | {"contact_length": {}}, "'contact_length' needs a relaxing contact, .* use relaxation_length")
       for law in ({}, {"side_slip": {"cornering_stiffness": 6000.0}})),
     ({"relaxation_length": LAW, "contact_length": {"half_length": {"rear": 0.03, "front": 0.12}}},
-     "half_length.front = 0.12 m leaves nothing of the relaxation length 0.101 m"),
+     "half_length.front = 0.12 m must be less than the relaxation length, 0.101 m"),
 ])  # fmt: skip
 def test_what_it_cannot_stand_beside_is_refused(tables, words):
     with pytest.raises(InputError, match=words):

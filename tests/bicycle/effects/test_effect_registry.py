@@ -76,7 +76,7 @@ def test_a_class_of_a_session_cannot_go_to_workers(spring):
 
 
 @pytest.mark.parametrize(("name", "text", "words"), [
-    ("toy.toml", "", "toy.toml: effects stand in a Python file, its name ends in .py"),
+    ("toy.toml", "", "toy.toml: give a Python file with effects, whose name ends in .py"),
     ("toy.py", None, "toy.py: cannot be read .*give a Python file with an Effect"),
     ("toy.py", "class Toy(Effect:\n", "toy.py, line 1: this is not Python .*mend the line"),
     ("toy.py", "x = 1\ny = x / 0\n", "toy.py, line 2: the file cannot be run: ZeroDivisionError: division by zero"),

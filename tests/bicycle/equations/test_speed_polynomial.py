@@ -82,5 +82,5 @@ def test_the_coefficients_are_not_touched_by_what_is_done_to_the_result():
 
 
 def test_speeds_with_fewer_axes_than_the_stack_are_refused():
-    with pytest.raises(ValueError, match=r"speeds of shape \(2,\) do not go with a stack of shape \(2, 3\)"):
+    with pytest.raises(ValueError, match=r"speeds of shape \(2,\) do not match a stack of shape \(2, 3\)"):
         SpeedPolynomial({0: np.zeros((2, 3, 1, 1))})([1.0, 2.0])

@@ -38,7 +38,7 @@ def test_what_is_not_linear_is_refused():
         1: sp.Matrix([[A, 0]]),
     }
     for row in (X * Y, A * X**2, sp.sin(X)):
-        with pytest.raises(InputError, match=r"an effect adds .*, which is not linear in 'x'; give what is left of it"):
+        with pytest.raises(InputError, match=r"an effect adds .*, which is not linear in 'x'; give its linearisation"):
             SymbolicPolynomial.of_linear([row], [X, Y], V)
 
 

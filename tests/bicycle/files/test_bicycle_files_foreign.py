@@ -78,7 +78,7 @@ def test_their_nested_form_and_what_of_it_is_not_used(tmp_path):
 
 def test_zero_everywhere_is_said(tmp_path):
     found = load_bicycle(write(tmp_path, "z.txt", {k: f"{v}+/-0.0" for k, v in BENCHMARK.items()}))
-    assert "every standard deviation is 0, so its values count as exact" in found.warnings[0]
+    assert "every standard deviation is 0, so its values are treated as exact" in found.warnings[0]
     assert load_bicycle(write(tmp_path, "y.txt", BENCHMARK)).warnings == ()
 
 
@@ -248,7 +248,7 @@ def test_luggage_on_an_incomplete_file_and_one_with_stated_deviations(tmp_path):
         (
             "b.m",
             "P = struct('w', 1.02, 'c', 0.08);",
-            r"P = struct\(...\) is not read; write one number a line, such as P.w",
+            r"P = struct\(...\) is not read; write one number per line, such as P.w",
         ),
     ],
 )

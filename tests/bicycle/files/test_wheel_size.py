@@ -31,7 +31,7 @@ def test_a_marking_is_read(marking):
         ("26 x 1 3/8", "590 mm (26 x 1 3/8); 597 mm (26 x 1 3/8)"), ("28 x 1 3/8", "622 mm (28 x 1 3/8); 642 mm"),
         ("28-662", "no tyre is made for a rim of 662 mm, the nearest are 630, 635, 642, 686"),
         ("280-622", "give width and rim in mm"), ("700x280C", "a tyre 280 mm wide is outside 12 to 130 mm"),
-        ("28-62", "give width and rim in mm as they stand on the tyre, such as 28-622"), ("", "give width and rim"),
+        ("28-62", "give width and rim in mm as printed on the tyre, such as 28-622"), ("", "give width and rim"),
         ("racing", "give width and rim"), ("26 x 1/0", "this may be several rims"), ("700x1 1/4", "give width and rim"),
     ],
 )  # fmt: skip

@@ -108,10 +108,10 @@ def test_windows_that_tell_too_little_are_rejected():
     short = identify(decay(rng, sd=0.1), last_s=0.4)
     assert re.search(r"an sd of [\d.]+ 1/s is \d+% of \|eigenvalue\| \(at most 30%\)", short.rejected)
     unscanned = identify(decay(np.random.default_rng(4), sd=0.08), last_s=0.4, thorough=False)
-    assert "0.3 cycles tell too little: an sd of" in unscanned.rejected
+    assert "0.3 cycles are too few: an sd of" in unscanned.rejected
     noise = decay(rng)
     noise = Run("n.csv", 4.8, noise.time, {"roll_rate_rad_s": rng.normal(0, 0.1, len(noise.time))}, {})
-    assert "is below 0.8, and an oscillation beside drift and noise has odds of" in identify(noise).rejected
+    assert "is below 0.8, and an oscillation on top of drift and noise has odds of" in identify(noise).rejected
 
 
 def test_a_short_window_is_used_with_a_larger_sd():
@@ -367,7 +367,7 @@ def test_a_run_that_is_rejected_is_shown_and_kept_out_of_the_table(tmp_path, cap
     write(tmp_path / "long.csv", decay(rng))
     write(tmp_path / "short.csv", decay(rng, duration=0.4, sd=0.1))
     main(["modal", f"{tmp_path / 'long.csv'}@4.6", f"{tmp_path / 'short.csv'}@5", "--out", str(tmp_path / "t.csv")])
-    assert "cycles tell too little" in capsys.readouterr().out
+    assert "cycles are too few" in capsys.readouterr().out
     rows = list(csv.DictReader((tmp_path / "t.csv").read_text().splitlines()))
     assert [row["speed_m_s"] for row in rows] == ["4.6"]
 

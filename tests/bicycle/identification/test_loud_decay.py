@@ -42,7 +42,7 @@ def test_noise_alone_is_no_oscillation_though_one_can_be_fitted_to_it(kept):
         found = identify(noisy, start_hz=2.0, thorough=False)
         assert found.estimate is not None
         assert found.r_squared < 0.8
-        assert "an oscillation beside drift and noise has odds of" in found.rejected
+        assert "an oscillation on top of drift and noise has odds of" in found.rejected
         assert found.rejected.endswith(": 1 (at least 20)")
 
 
@@ -52,8 +52,8 @@ def test_another_motion_is_no_noise():
         run(np.random.default_rng(1), noise=0.05, other=2 * np.exp(-(((TIME - 2.5) / 0.15) ** 2))), thorough=False
     )
     assert found.r_squared < 0.8
-    assert "is below 0.8, and what is left is no noise (p " in found.rejected
-    assert found.rejected.endswith("another motion, or its own that something drives, is too large")
+    assert "is below 0.8, and the residuals are not noise (p " in found.rejected
+    assert found.rejected.endswith("another or a driven motion is too large")
 
 
 def test_louder_noise_leaves_smaller_odds_whatever_the_units():

@@ -51,7 +51,7 @@ def test_a_table_without_a_deviation_of_the_cornering_stiffness_gets_the_default
     )
     assert (stiffness.sd, stiffness.origin) == (pytest.approx(at.cornering_stiffness_sd), "assumed")
     assert (length.sd, length.origin) == (pytest.approx(at.relaxation_length_sd), "tyre table")
-    assert any("states no uncertainty of the cornering stiffness; assumed is 3 %" in note for note in model.notes)
+    assert any("states no uncertainty of the cornering stiffness; assumed: 3 %" in note for note in model.notes)
     assert standard_deviations(model, assume=False)["relaxation_length.cornering_stiffness.rear"].origin == "exact"
 
 

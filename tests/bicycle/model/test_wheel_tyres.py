@@ -148,7 +148,7 @@ LAW = {"tyre": "Tyre1", "pressure_bar": 5.5}
     ({"relaxation_length": LAW, "steer_damper": {"damping": "tyre"}},
      r'damping = "tyre", but a tyre does not hold it; give a number \(N m s/rad\)'),
     ({"side_slip": {"tyre": "my.tir", "pressure_bar": 5}, "twisting_torque": {"twisting_stiffness": "tyre"}},
-     r"beside that of pneumatic_trail; add \[effects.pneumatic_trail\] or give a number"),
+     r"that of pneumatic_trail; add \[effects.pneumatic_trail\] or give a number"),
     ({"relaxation_length": LAW, "side_slip": LAW},
      "effects 'relaxation_length' and 'side_slip' exclude each other: both are the contact law"),
     ({"relaxation_length": {"tyre": "my.tir", "pressure_bar": 12}},

@@ -37,7 +37,7 @@ def torques(faq):
 @pytest.mark.parametrize("kind", ["steer_torque", "steer"])
 def test_a_little_less_dies_out_and_a_little_more_does_not(faq, torques, kind):
     (kick,) = torques[:1] if kind == "steer_torque" else kick_thresholds(faq, 37.0, kind)
-    assert (kick.mode, kick.follows) == ("weave", "lasting motion")
+    assert (kick.mode, kick.follows) == ("weave", "stable limit cycle")
     less, more = swings_after(faq.model, kick, kind)
     assert less < 1.5  # degrees; the unstable motion has 3.8
     assert more > 8
@@ -45,7 +45,7 @@ def test_a_little_less_dies_out_and_a_little_more_does_not(faq, torques, kind):
 
 def test_dry_friction_holds_a_wobble_until_a_kick_frees_it(faq, rubbing):
     (kick,) = kick_thresholds(rubbing, 10.0)
-    assert (kick.mode, kick.follows, kick.within_geometry) == ("wobble", "lasting motion", True)
+    assert (kick.mode, kick.follows, kick.within_geometry) == ("wobble", "stable limit cycle", True)
     assert kick.least == pytest.approx(kick.estimate, rel=0.1)
     page = (Path(__file__).parents[3] / "docs" / "amplitude.md").read_text(encoding="utf-8")
     assert f"At 10 m/s an impulse of {kick.least:.3f} N m s starts it" in page

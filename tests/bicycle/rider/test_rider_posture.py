@@ -79,7 +79,7 @@ def test_short_arms_say_which_lean_would_reach():
     stretched = sit(BODY, seat, torso_lean=0.0, strict=False)
     assert stretched.elbow_flexion == 0
     far = Contacts(HIP, PEDALS, np.array([1.9, -0.95]), 0.25)
-    with pytest.raises(InputError, match="with no torso lean at all; bring the bar nearer"):
+    with pytest.raises(InputError, match="at any torso lean; move the handlebar closer"):
         sit(BODY, far, torso_lean=0.3)
 
 

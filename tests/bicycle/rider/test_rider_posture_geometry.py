@@ -41,7 +41,7 @@ def test_the_raw_measurements_are_the_packaged_geometry(file):
     assert raw.sd["rear_hub_to_hand_m"] == 0.004
     assert raw.sd["seat_tube_angle_deg"] == pytest.approx(math.degrees(0.01))
     assert raw.sd["saddle_distance_m"] == 0.005
-    with pytest.raises(InputError, match="seat and bar need .*; missing: lsp"):
+    with pytest.raises(InputError, match="seat and handlebar need .*; missing: lsp"):
         read_geometry(file(RAW.replace("lsp", "lxx"), "a.txt"), "drops")
     with pytest.raises(InputError, match="line 3: lsp = 'abc' is not a finite number"):
         read_geometry(file(RAW.replace("0.2032", "abc"), "a.txt"), "drops")

@@ -39,8 +39,8 @@ def test_critical_speeds_and_modes_of_matrices(file, capsys):
     ("critical mck.m --tyre Tyre1 --pressure 5.5", "--tyre Tyre1: mck.m holds matrices M, C1, K0, K2, on which no"),
     ("modes model.toml", "holds matrices M, C1, K0, K2, on which no tyre or effect can be put; give it by itself to"),
     ("bicycles mck.m", "mck.m holds matrices M, C1, K0, K2, on which no tyre or effect can be put; give it by itself"),
-    ("uncertainty mck.m", "mck.m holds matrices M, C1, K0, K2, which only velotyre modes and critical take"),
-    ("root-locus mck.m --parameter w --range 1:1.1 --speed 5 --out out", "which only velotyre modes and critical take"),
+    ("uncertainty mck.m", "mck.m holds matrices M, C1, K0, K2, which only velotyre modes and critical accept"),
+    ("root-locus mck.m --parameter w --range 1:1.1 --speed 5 --out out", "which only velotyre modes and critical"),
 ])  # fmt: skip
 def test_what_needs_a_bicycle_refuses_matrices_in_one_line(file, refused, words, why):
     said = refused(*words.split())

@@ -84,7 +84,7 @@ DESIGN = ["design", "benchmark", "--keep", "weave", "stable", "--vary", "c", "--
         (["simulate", "benchmark", "--speed", "5", "--initial", "lean=1_0", "--out", "x"], "initial 'lean=1_0': write"),
         (["tyre", "simulate", "x", "--seed", "1", "--loads", "inf"], "loads = 'inf' must be numbers separated by"),
         (["root-locus", "benchmark", "--parameter", "c", "--range", "0.05:0.05000000000000001", "--speed", "5",
-          "--out", "x"], "range '0.05:0.05000000000000001': sixteen digits do not tell its values apart"),
+          "--out", "x"], "range '0.05:0.05000000000000001': its values differ by less than sixteen digits"),
         (["convert", "pista", "--to", "a\0b.txt"], "'a\\x00b.txt' holds a NUL character; leave it out"),
         (["modes", "benchmark", "--speed", "5"], "--speed 5: give --speeds, one or more: --speeds 5, a list 2,5,8"),
     ],

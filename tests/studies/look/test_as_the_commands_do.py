@@ -162,6 +162,8 @@ def test_a_window_that_tells_more_is_taken_before_a_whole_recording_that_would_d
     (event,) = use(looked(path, tmp_path / "drafts"), "free decay").events
     assert (event.start_s, event.end_s) == (pytest.approx(0.0, abs=0.5), pytest.approx(4.0, abs=1.1))
     shown = capsys.readouterr().out
-    assert f"not used: the whole recording: R^2 = {whole.r_squared:.2f}; each stretch after a kick tells more" in shown
+    assert (
+        f"not used: the whole recording: R^2 = {whole.r_squared:.2f}; the stretches after impulses fit better" in shown
+    )
     found = identify(read_run(path, 5.0), first_s=event.start_s, last_s=event.end_s)
     assert abs(found.eigenvalue - root) < 4 * max(found.sd) < 2 * max(whole.sd)

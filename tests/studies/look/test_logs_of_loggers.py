@@ -76,7 +76,9 @@ def test_the_decay_is_found_by_the_draft(tmp_path, name):
     path.write_text("\n".join([*text, ""]), encoding="utf-8")
     found = look(path)
     assert {s.values.size for s in found.opened.signals.signals.values()} == {samples}
-    assert (samples < 400 or name == "header again") == any("count as missing" in n for n in found.opened.signals.notes)
+    assert (samples < 400 or name == "header again") == any(
+        "treated as missing" in n for n in found.opened.signals.notes
+    )
     made = {draft.name.partition(".")[2]: draft for draft in drafts(found, tmp_path)}
     assert ("the axes of a phone are its own" in made["channels.toml"].text) == name.startswith("phone")
     (tmp_path / "map.toml").write_text(made["decays.toml"].text, encoding="utf-8")

@@ -41,11 +41,11 @@ def test_times_that_the_logger_rounded_do_not_change_the_rate(tmp_path):
      lambda k: (k / 100, np.sin(k / 90), 50 * np.sin(k / 90), 40, 20),
      ["vertical load [kg]: kg is a mass, kgf a force"]),
     (300, "Time [s],gyro_x [deg/s],Trq_A [Nm],state", lambda k: (k / 100, np.sin(k / 7), k % 3, k % 30), [
-        "no channel could be the steer torque",
+        "no channel recognised as steer torque",
         'map steer_torque = {column = "...", unit = "N m"} (in a unit of moment: Trq_A)',
         "(no free column has a unit of angle or force; without a known unit: state)",
-        "frequency response: no\n  why: no channel could be the steer torque",
-        "runs after a kick still serve diagnose as free motion",
+        "frequency response: no\n  why: no channel recognised as steer torque",
+        "diagnose can use runs after an impulse as free motion",
     ]),
     (100, "gyro_x [deg/s],x [mm]", lambda k: (k % 9, k % 4), [
         "time: no column could be the time", "or time = {rate_hz = ...}"]),
@@ -54,7 +54,7 @@ def test_times_that_the_logger_rounded_do_not_change_the_rate(tmp_path):
     (100, "t [s],gyro_x [deg/s]", lambda k: (k / 100 if k < 50 else (k - 10) / 100, k % 9), [
         "time: time runs back at 1 samples, first at sample 51", "free decay (modal), replay (histories)"]),
     (300, "Time [s],gyro_x [deg/s],note", lambda k: (k / 100, np.sin(k / 7), "bump" if k == 7 else "ok"), [
-        "note: not numbers, left out (line "]),
+        "note: not numeric, rejected (line "]),
     # thirteen samples a period at 20 Hz: the mean and six harmonics
     (1201, "time_s,roll_rate_rad_s,steer_torque_N_m", lambda k: (k / 20, (k * 7) % 11 - 5, (k * 5) % 13 - 6), [
         "a steer torque of 6 lines"]),
@@ -77,7 +77,7 @@ def test_columns_without_units_are_asked_for(tmp_path, capsys, no_pictures):
     path = table(tmp_path / "a.csv", "time,roll rate,steer torque", [(k / 100, k % 9, k % 7) for k in range(100)])
     shown = said(capsys, path, "--out", tmp_path / "d")
     assert "time: the file says no unit of time; taken as s: 100 Hz" in shown
-    assert "no unit is known of roll rate (roll rate), steer torque (steer torque)" in shown
+    assert "unknown unit of roll rate (roll rate), steer torque (steer torque)" in shown
     assert "2 places to fill in" in shown
     draft = (tmp_path / "d" / "a.channels.toml").read_text(encoding="utf-8")
     assert 'roll_rate = {column = "roll rate", unit = "?"}  # FILL IN the unit' in draft
@@ -150,7 +150,7 @@ def test_events_are_said_with_what_is_left_out(tmp_path, capsys):
     events = (Event("", 1, 9, 9), Event("a", 1, 9, 7, {"that lack x": 2}), Event("", 1, 9, 5, start_s=1, end_s=2))
     print_look(replace(found, uses=(replace(found.uses[0], events=events),)), {})
     shown = capsys.readouterr().out
-    assert "\n  samples 1-9, all 9\n  a: samples 1-9, 7 of 9; left out: 2 that lack x\n" in shown
+    assert "\n  samples 1-9, all 9\n  a: samples 1-9, 7 of 9; rejected: 2 that lack x\n" in shown
     assert "\n  samples 1-9 (1 to 2 s), resampled to 5\n" in shown
 
 
@@ -190,7 +190,7 @@ def test_no_table_makes_it_crash(tmp_path, data, names):
 
 
 @pytest.mark.parametrize(("seconds", "words"), [
-    (60, ("frequency response: usable, once you give the forward speed", "10.5 independent segments of 10 s",
+    (60, ("frequency response: usable; specify the forward speed", "10.5 independent segments of 10 s",
           "--input steer_torque --output roll_rate --out responses.csv")),
     (24, ("independent segments of 6 s", "--output roll_rate --segment 6 --out responses.csv")),
     (4, ("frequency response: no", "4 s are too short; 8 s or more are needed", "record longer, or use replay")),

@@ -28,7 +28,7 @@ def test_six_alike_are_told_in_few_lines_and_a_folder_is_taken(tmp_path, capsys)
     told = capsys.readouterr()
     lines = told.out.splitlines()
     assert len(lines) < 30
-    assert told.out.count("no channel could be the lateral force, the plate displacement") == 1
+    assert told.out.count("no channel recognised as lateral force or plate displacement") == 1
     assert "6 files with the channels time = time [s], roll_rate = roll rate [rad/s]" in told.out
     assert sum("free decay (modal): 0.7" in line for line in lines) == 6
     assert sum("  next: velotyre modal" in line for line in lines) == 6

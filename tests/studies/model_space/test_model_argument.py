@@ -140,5 +140,7 @@ def test_effects_that_are_no_table(effects, options, tmp_path):
 @pytest.mark.parametrize("name", ["bike", "bike.toml"])
 def test_a_file_that_is_no_toml_names_the_forms(tmp_path, name):
     (tmp_path / name).write_text('{"w": 1.02}')
-    with pytest.raises(InputError, match=r"not a TOML file.*the ending tells the form: .toml of a model, .toml, .json"):
+    with pytest.raises(
+        InputError, match=r"not a TOML file.*the file ending states the format: .toml for a model, .toml, .json"
+    ):
         choose(str(tmp_path / name))

@@ -80,7 +80,7 @@ def test_table_record_and_picture(folder, shown, told):
         "subcritical",
     ]
     assert told["branches"][1]["folds"][0]["speed_m_s"] == pytest.approx(34.10, abs=0.005)
-    assert [(kick["unit"], kick["follows"]) for kick in told["kicks"]] == [("N m s", "lasting motion")] * 2
+    assert [(kick["unit"], kick["follows"]) for kick in told["kicks"]] == [("N m s", "stable limit cycle")] * 2
     assert (folder / "a.png").stat().st_size > 20_000
 
 

@@ -52,7 +52,7 @@ def test_the_page_shows_what_the_report_does(results):
 def test_truth_of_a_simulated_campaign_stands_beside_the_fit(rig_campaign, rig_folder, results, tmp_path):
     campaign, text = rig_campaign[0], read_report(results[0])
     truth = json.loads((rig_folder / "truth.json").read_text())["conditions"]
-    table = text.split("## Against the truth (synthetic)")[1].split("\n## ")[0]
+    table = text.split("## Comparison with the true values (synthetic)")[1].split("\n## ")[0]
     rows = [[x.strip() for x in line.strip("|").split("|")] for line in table.splitlines() if line.startswith("| ")][1:]
     assert len(rows) == 3 * len(campaign.conditions) == 3 * len(truth)
     for number, t in enumerate(sorted(truth, key=lambda t: (t["surface"] != "flat", t["load_N"]))):
@@ -64,12 +64,14 @@ def test_truth_of_a_simulated_campaign_stands_beside_the_fit(rig_campaign, rig_f
             assert float(row[4]) == pytest.approx(100 * (value / true - 1), abs=0.06)
             assert row[5] == ("yes" if low <= true <= high else "no")
     inside = sum(row[5] == "yes" for row in rows)
-    assert f"{inside} of {len(rows)} intervals hold the truth" in table
+    assert f"{inside} of {len(rows)} intervals contain the true value" in table
     measured = replace(campaign, conditions=tuple(replace(c, synthetic=False) for c in campaign.conditions))
     for file in ("[]", "no JSON"):
         (tmp_path / "truth.json").write_text(file)
-        assert "Against the truth" not in report_text(replace(campaign, folder=tmp_path), [], [], tmp_path)
-    assert "Against the truth" not in report_text(measured, [], [], tmp_path)
+        assert "Comparison with the true values" not in report_text(
+            replace(campaign, folder=tmp_path), [], [], tmp_path
+        )
+    assert "Comparison with the true values" not in report_text(measured, [], [], tmp_path)
 
 
 def test_each_warning_stands_once_with_the_places_it_is_about(rig_campaign, tmp_path):

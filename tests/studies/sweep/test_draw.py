@@ -120,7 +120,7 @@ def test_pairs_hold_the_bicycles_as_they_are(sample, drawn):
     assert 0 < share[k] < 1
     np.testing.assert_array_equal(rows["unstable"], growth[:, k] > 0)
     np.testing.assert_allclose(rows["c, m"], np.tile(found.parameters.sel(parameter="c").values[0], 2))
-    assert rows[f"largest growth rate at {SPEEDS['speed_m_s'][k]:g} m/s, 1/s"].to_numpy() == pytest.approx(growth[:, k])
+    assert rows[f"maximum growth rate at {SPEEDS['speed_m_s'][k]:g} m/s, 1/s"].to_numpy() == pytest.approx(growth[:, k])
 
 
 def test_shares_say_what_they_rest_on(no_pictures, drawn, tmp_path):
@@ -152,7 +152,7 @@ def test_a_speed_that_is_not_in_the_result_is_computed_anew(no_pictures, sample,
 def test_at_a_speed_that_cannot_be_told(no_pictures, sample, tmp_path, monkeypatch, refused):
     monkeypatch.setattr("studies.sweep.specification.software", lambda: {"numpy": "0.1"})
     for asked, words in (
-        ("4", "--at 4: sample.zarr does not tell of this speed, .* give one that it holds, the nearest are 3, 5.4 m/s"),
+        ("4", "--at 4: sample.zarr has no result at this speed, .* give one that it holds, the nearest are 3, 5.4 m/s"),
         ("nan", "'--at': nan: give a number from 0 up to 1000"),
         ("-1", "'--at': -1: give a number from 0"),
     ):
@@ -201,7 +201,7 @@ def test_bicycles_by_name_and_eigenvalues_in_netcdf(no_pictures, tmp_path):
     assert set(each["combination"]) <= set(names)
     assert "Critical speeds up to 60 m/s of 3 bicycles" in found.figures["critical_speeds_each"]
     assert {"stability_along_speed", "modes_along_speed", "pairs"} <= set(found.figures)
-    assert "bicycle alone is varied, so there are no shares to compare" in found.remarks
+    assert "only bicycle is varied, so there are no variance shares" in found.remarks
 
 
 def test_refused(sample, tmp_path, refused):
@@ -225,7 +225,7 @@ def test_refused(sample, tmp_path, refused):
         ("empty.zarr", "cannot be read as the result of a sweep"),
         ("chunk.zarr", "cannot be read as the result of a sweep"),
         ("foreign.zarr", "is not a result of 'velotyre sweep'"),
-        ("plain.zarr", "holds nothing that is drawn (parameters; stable and unstable bicycles are not told apart"),
+        ("plain.zarr", "holds nothing that is drawn (parameters; samples are not classed as stable or unstable"),
     ):
         assert words in refused("sweep", tmp_path / name, "--plot")
     assert not list(tmp_path.glob("*_figures"))
@@ -252,8 +252,8 @@ def test_a_sweep_without_critical_speeds_is_finished_and_says_so(no_pictures, tm
     main(["sweep", str(write_file(tmp_path, content)), "--out", str(out), "--plot"])
     said = capsys.readouterr().err
     assert "remark: " in said
-    assert "no bicycle has a critical speed up to 2 m/s, so none are drawn" in said
-    assert "no bicycle has a critical speed up to 2 m/s" in refused("sweep", out, "--plot")
+    assert "no sample has a critical speed up to 2 m/s, so none are drawn" in said
+    assert "no sample has a critical speed up to 2 m/s" in refused("sweep", out, "--plot")
     call = ["sweep", str(out), "--plot", "--at", "5", "--json", str(tmp_path / "record.json")]
     main(call)  # growth rates at 5 m/s are computed anew
     assert "pairs" in json.loads((tmp_path / "record.json").read_text())["figures"]

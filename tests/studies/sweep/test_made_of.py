@@ -25,7 +25,7 @@ def test_an_edited_tyre_file_does_not_continue_an_old_result(tmp_path, suffix):
     edit(tmp_path / "other.csv")
     assert read_sweep(written).fingerprint == sweep.fingerprint  # of a tyre that is not used
     edit(tmp_path / f"own.{suffix}")
-    with pytest.raises(InputError, match=r"changed since: the tyre .*own\.csv\. To start anew"):
+    with pytest.raises(InputError, match=r"changed since: the tyre .*own\.csv\. To restart"):
         run_sweep(read_sweep(written), out)
 
 
@@ -42,12 +42,12 @@ def test_what_has_changed_is_named(tmp_path):
         "the model": {"model": MEASURED | {"bicycle": "pista_charlie_drops"}},
     }
     for words, change in changes.items():
-        with pytest.raises(InputError, match=rf"changed since: {words}\. To start"):
+        with pytest.raises(InputError, match=rf"changed since: {words}\. To restart"):
             run_sweep(build_sweep(content | change), out)
     mark = out.with_name("a.zarr.parts") / "sweep.json"
     old = json.loads(mark.read_text())
     mark.write_text(json.dumps(old | {"fingerprint": "", "made_of": old["made_of"] | {"numpy": "1.0"}}))
-    refuses(r"changed since: numpy \(1\.0 before, .* now\)\. To start", run_sweep, sweep, out)
+    refuses(r"changed since: numpy \(1\.0 before, .* now\)\. To restart", run_sweep, sweep, out)
     for text in ("{", "[]", json.dumps({"fingerprint": sweep.fingerprint})):
         mark.write_text(text)
-        refuses("changed since: nobody knows what, as no record of it can be read", run_sweep, sweep, out)
+        refuses("changed since: unknown, as its record cannot be read", run_sweep, sweep, out)

@@ -39,11 +39,11 @@ def test_command_says_what_is_assumed_and_extrapolated(tmp_path, capsys):
     content["sampled"] = {"tyre_covariance": True, "relative_cornering_stiffness_sd": 0.03}
     main(["sweep", str(write_file(tmp_path, content)), "--out", str(tmp_path / "result.zarr"), "--verbose"])
     said = capsys.readouterr().err
-    assert "assumed is 3 % (one standard deviation)" in said
+    assert "assumed: 3 % (one standard uncertainty)" in said
     assert "none is assumed" not in said
     outside = int(load(tmp_path / "result.zarr").tyre_extrapolated.sum())
     assert outside > 0
-    assert f"{outside} of 4 bicycles have a tyre outside its measured loads and pressures" in said
+    assert f"{outside} of 4 samples have a tyre outside its measured loads and pressures" in said
 
 
 @pytest.mark.parametrize(("arguments", "words"), [

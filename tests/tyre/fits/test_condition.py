@@ -99,7 +99,7 @@ def test_a_lateral_stiffness_that_changes_with_the_load_as_no_tyres_does_is_said
         for load, k in zip(loads, stiffnesses, strict=True)
     ]
     conditions, _, _ = combine_campaign(pulls, FitSettings(), where="rig")
-    said = [text for text in conditions[2].warnings if "lateral stiffness goes from" in text]
+    said = [text for text in conditions[2].warnings if "lateral stiffness changes from" in text]
     assert len(said) == len(exponents)
     assert all(exponent in text for exponent, text in zip(exponents, said, strict=True))
 

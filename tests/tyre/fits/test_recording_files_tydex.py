@@ -132,7 +132,7 @@ def test_a_nominal_load_is_that_of_the_test_up_to_a_quarter_from_the_measured(td
 def test_h_axes_stand_in(tdx):
     run = read_recording(tdx(SWEEP.replace("FYW ", "FYH ").replace("MZW ", "MZH ")))
     assert run.lateral_force[0] == -103.0
-    assert "FYH (H-axes) stands in for FYW (W-axes)" in run.notes
+    assert "FYH (H-axes) replaces FYW (W-axes)" in run.notes
 
 
 def test_a_writer_that_missed_the_columns_is_understood(tdx):

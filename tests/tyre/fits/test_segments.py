@@ -152,7 +152,7 @@ def test_steps_at_two_loads_are_steps_with_their_rests():
 
 
 def test_sweeps_whose_pressure_drifts_without_levels_are_refused():
-    with pytest.raises(InputError, match=r"the pressure of its 6 stretches goes from 3\.\d+ to 3\.9\d* bar without"):
+    with pytest.raises(InputError, match=r"the pressure of its 6 stretches varies from 3\.\d+ to 3\.9\d* bar without"):
         split({"": run(pressure=np.linspace(3.5, 4.0, SWEEPS.size))})
 
 

@@ -145,7 +145,7 @@ def test_lines_that_are_told_wrong(file, reading, words):
 def test_files_that_are_no_files(tmp_path):
     refuses("no such recording", contents, tmp_path / "a.csv")
     (tmp_path / "b.csv").mkdir()
-    refuses("is a folder; give a file", contents, tmp_path / "b.csv")
+    refuses("is a folder; give files: ", contents, tmp_path / "b.csv")
     refuses(r"recordings end in \.csv, .*, not in '\.docx'", contents, tmp_path / "a.docx")
 
 
@@ -176,7 +176,7 @@ def test_large_files_are_read_in_blocks(file, monkeypatch):
     assert found["f"].unit == "N"
     torn = read(file(text.replace("19900;1990,0", "19900;x")))
     assert torn["f"].values.size == count - 1
-    assert "count as missing samples: 1, the first line 19903: f = 'x' is not" in torn.notes[0]
+    assert "treated as missing samples: 1, the first line 19903: f = 'x' is not" in torn.notes[0]
 
 
 def test_a_delimiter_at_the_end_of_each_line_is_no_column(file):
@@ -207,7 +207,7 @@ def test_one_damaged_line_in_200_counts_as_missing_whatever_it_holds(file, damag
         np.testing.assert_array_equal(found["t"].values, np.round(0.02 * there, 6))
         np.testing.assert_array_equal(found["roll rate"].values, np.round(0.001 * there + 0.5, 6))
         assert [s.unit for s in found.signals.values()] == ["s", "°/s", "m/s²"]
-        assert any(f"count as missing samples: 1, the first line {at + 2}" in note for note in found.notes)
+        assert any(f"treated as missing samples: 1, the first line {at + 2}" in note for note in found.notes)
     refuses("line 4|zero bytes", read, file(b"\n".join([b"t,f,g", *rows[:2], DAMAGE[damage], *rows[3:150], b""])))
 
 

@@ -49,7 +49,7 @@ def test_values_come_back_with_defaults_and_floats():
     ({"tire": 1}, "f.toml: [rig]: unknown key 'tire'; did you mean 'tyre'? known: inner, kind, mode, noise"),
     ({"tyre": 3}, "f.toml: [rig]: tyre = 3 must be text in quotes"),
     ({"tyre": " "}, "f.toml: [rig]: tyre is empty"),
-    ({"tyre": "a\0b"}, "f.toml: [rig]: tyre holds a NUL character; write it anew"),
+    ({"tyre": "a\0b"}, "f.toml: [rig]: tyre holds a NUL character; delete it"),
     ({"speed_m_s": "3"}, "f.toml: [rig]: speed_m_s = '3' must be a finite number"),
     ({"speed_m_s": True}, "f.toml: [rig]: speed_m_s = True must be a finite number"),
     ({"speed_m_s": math.inf}, "f.toml: [rig]: speed_m_s = inf must be a finite number"),

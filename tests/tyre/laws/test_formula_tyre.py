@@ -151,7 +151,7 @@ def test_assumed_uncertainty_is_common_to_all_conditions():
         np.testing.assert_array_equal(p.covariance, covariance[own, own])
     assert not properties[0].cornering_stiffness_sd_stated
     assert not properties[0].lateral_stiffness_sd_stated
-    assert any("assumed is 3 %" in note for note in properties[0].notes)
+    assert any("assumed: 3 %" in note for note in properties[0].notes)
 
 
 @pytest.mark.parametrize("name", ["Tyre1", "tir", "89"])

@@ -152,7 +152,7 @@ def test_one_condition_is_enough_for_a_fit():
     (MF61.replace("'radians'", "'degrees'"), "ANGLE = 'degrees'; only coefficients in radians"),
     (MF61.replace("97000", "97"), "NOMPRES is 97 Pa, tyres have"),
     (MF61.replace("PPY2", "PPY1"), "line 21: PPY1 is given twice in its section"),
-    (MF61.replace("[UNITS]\n", ""), "line 1: .* stands before the first .SECTION."),
+    (MF61.replace("[UNITS]\n", ""), "line 1: .* comes before the first .SECTION."),
     (MF61 + "= nonsense here\n", "'= nonsense here' is no section, assignment"),
     (MF61.replace("0.5", "50"), "the coefficients give a lateral stiffness of .* which is not physical; stay nearer"),
     ("", "has no .SECTION."),

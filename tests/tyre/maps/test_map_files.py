@@ -119,7 +119,7 @@ def test_bad_sidecar(tmp_path: Path, toml_text: str, message: str) -> None:
 def test_contradicting_standard_deviations(tmp_path: Path) -> None:
     with_sd = CSV.replace("relaxation_length_mm", "relaxation_length_mm,relaxation_length_sd_mm")
     with_sd = with_sd.replace("100.0", "100.0,3").replace("120.0", "120.0,3")
-    with pytest.raises(InputError, match="relaxation_length_sd_mm stands in the table and in its sidecar; keep one"):
+    with pytest.raises(InputError, match="relaxation_length_sd_mm is in the table and in its sidecar; keep one"):
         read_table(put(tmp_path, with_sd, TOML + "relaxation_length_sd_mm = 3\n"))
     both = with_sd.replace("relaxation_length_sd_mm", "relaxation_length_sd_mm,lateral_stiffness_sd_N_per_mm")
     both = both.replace(".0,3", ".0,3,1")

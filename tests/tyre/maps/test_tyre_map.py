@@ -208,7 +208,7 @@ def test_assumed_cornering_stiffness_uncertainty_adds_to_the_relaxation_length()
     assert assumed.lateral_stiffness_sd == pytest.approx(plain.lateral_stiffness_sd, rel=1e-9)
     # 3 mm and 2 % of 106.0 mm
     assert 1e3 * assumed.relaxation_length_sd == pytest.approx(np.hypot(3.0, 2.12), rel=1e-6)
-    assert any("assumed is 2 %" in note for note in assumed.notes)
+    assert any("assumed: 2 %" in note for note in assumed.notes)
 
 
 @pytest.mark.parametrize(("load", "pressure", "message"), [
@@ -304,7 +304,7 @@ def test_what_a_table_does_not_state_is_assumed_mostly_common_to_all_conditions(
     assert not one.lateral_stiffness_sd_stated
     assert one.cornering_stiffness_sd == pytest.approx(0.03 * one.cornering_stiffness)
     for stiffness in ("cornering", "lateral"):
-        assert any(f"no uncertainty of the {stiffness} stiffness; assumed is 3 %" in note for note in one.notes)
+        assert any(f"no uncertainty of the {stiffness} stiffness; assumed: 3 %" in note for note in one.notes)
     stated = TyreMap(synthetic()).assuming(0.03).at(load=300, pressure=5e5)
     assert stated.lateral_stiffness_sd == pytest.approx(1500.0)
     assert stated.lateral_stiffness_sd_stated

@@ -228,7 +228,7 @@ def test_two_samples_are_enough_to_resample():
 
 @pytest.mark.parametrize(
     ("resampling", "words"),
-    [({"like": "slip"}, "like = 'slip' is no channel"), ({"rate_hz": 0.1}, "resampling leaves 1 samples")],
+    [({"like": "slip"}, "like = 'slip' is no channel"), ({"rate_hz": 0.1}, "only 1 samples after resampling")],
 )
 def test_resampling_that_is_refused(resampling, words):
     refuses(words, one, two_rates(), channels={"force": "F", "angle": "a"}, resampling=resampling)

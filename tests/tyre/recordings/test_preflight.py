@@ -68,7 +68,7 @@ FAULTS = [
     (lambda: sweep(reach=0.6, cycles=12), r"slip range is \+-0.6 deg, at least \+-1 deg", False),
     (lambda: sweep(reach=2.0), r"slip range is \+-2 deg, curvature shows only beyond \+-3 deg", True),
     (lambda: changed(sweep(), slip_angle=np.abs, lateral_force=np.abs, aligning_moment=lambda m: -np.abs(m)),
-     "slip goes to one side only", True),
+     "slip to one side only", True),
     (lambda: changed(sweep(), vertical_load=lambda f: f + np.linspace(0.0, 16.0, f.size)),
      r"vertical load drifts by \+3", True),
     (lambda: changed(sweep(), vertical_load=lambda f: 1.1 * f),
@@ -138,7 +138,7 @@ def test_what_is_missing_is_named():
         assert words in text
     loading = LateralStiffnessTest(CONDITION, "ISO", *(np.linspace(0.0, top, 40) for top in (100.0, 2e-3, 0.0)))
     text = "\n".join(preflight(loading).missing)
-    for words in ("the rim is taken as rigid", "unloading: friction cannot be told"):
+    for words in ("the rim is taken as rigid", "unloading: friction and stiffness are not"):
         assert words in text
 
 

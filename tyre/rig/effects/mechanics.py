@@ -56,7 +56,7 @@ class RigFriction(RigEffect):
     terms = (
         Term(
             "rig_friction",
-            "friction of the rig adds to the force of a pull, against the motion",
+            "friction of the rig adds to the force of a lateral stiffness test, against the motion",
             (RigParameter("friction", "N", (0.0, 3.0), (0.0, 30.0), least=0.05), _PRESLIDING),
             pull=_pull,
             needs=needs_pull,

@@ -167,7 +167,7 @@ def test_a_break_is_said_with_its_time_and_channel(tmp_path, capsys):
     main(["modal", f"{tmp_path / 'ride.csv'}@5"])
     shown = capsys.readouterr()
     assert "steer_rate_rad_s jumps at about 2" in shown.err
-    assert "sd of its noise), as after a second kick, a step of the sensor or a spike" in shown.err
+    assert "sd of its noise), as after a second impulse, a step of the sensor or a spike" in shown.err
 
 
 def test_what_the_ground_drives_for_many_cycles_is_said_to_be_no_noise(tmp_path, capsys):
@@ -176,7 +176,7 @@ def test_what_the_ground_drives_for_many_cycles_is_said_to_be_no_noise(tmp_path,
     write(tmp_path / "road.csv", make(driven, np.random.default_rng(1)).run)
     main(["modal", f"{tmp_path / 'road.csv'}@5"])
     shown = capsys.readouterr()
-    assert "road.csv: what is left is no noise (p " in shown.err or "what is left is no noise" in shown.out
+    assert "road.csv: the residuals are not noise (p " in shown.err or "the residuals are not noise" in shown.out
 
 
 def other_columns(path):
