@@ -4,7 +4,7 @@ import json
 import tomllib
 
 import pytest
-from pages import page, run_page, write_files
+from pages import page, run_page, without_files, write_files
 
 from bicycle.effects import registry
 from bicycle.model import read_model
@@ -19,8 +19,8 @@ def folder(tmp_path_factory):
 
 
 def test_the_commands_of_the_page_run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (shown,) = run_page(PAGE)
+    monkeypatch.chdir(write_files(PAGE, tmp_path))
+    (shown,) = run_page(without_files(PAGE))
     assert "example.tir" in shown
 
 

@@ -46,6 +46,11 @@ def write_files(text: str, folder: Path) -> Path:
     return folder
 
 
+def without_files(text: str) -> str:
+    """The page without the files that it shows, for pages with commands before the files."""
+    return BLOCK.sub(lambda block: "" if block["file"] else block[0], text)
+
+
 def run_page(text: str, typed: Callable[[list[str]], list[str]] = list) -> list[str]:
     """Run the page in the working directory; what was shown, one text for each block of commands or Python.
 
