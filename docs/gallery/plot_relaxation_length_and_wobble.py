@@ -2,9 +2,9 @@
 Relaxation length and wobble
 ============================
 
-With a compliant front the benchmark bicycle wobbles by itself between two speeds. The band, found exactly and not on a
-speed grid, widens with the relaxation length of the tyres; the range shown is the measured one of racing tyres. The
-compliance is a typical value, not a measurement.
+With front-frame compliance wobble of the benchmark bicycle is unstable between two speeds. This range is exact, not on
+a speed grid. It widens with the relaxation length of the tyres, shown over the measured range of racing tyres. The
+compliance is assumed.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ for mode, direction, style in (
 ):
     chosen = [(1e3 * length, c.speed) for length, c in crossings if (c.mode, c.direction) == (mode, direction)]
     if chosen:
-        axes.plot(*zip(*chosen, strict=True), style, ms=4, label=f"{mode}: {direction} as the speed grows")
-axes.set(xlabel="relaxation length of both tyres (mm)", ylabel="critical speed (m/s)", ylim=(0, 25))
+        axes.plot(*zip(*chosen, strict=True), style, ms=4, label=f"{mode}: {direction} with increasing speed")
+axes.set(xlabel="Relaxation length of both tyres, mm", ylabel="Critical speed, m/s", ylim=(0, 25))
 axes.legend(frameon=False, loc="upper left", ncols=2, fontsize=8)
 plt.show()

@@ -2,7 +2,7 @@
 The library in a script
 =======================
 
-A root locus with python-control, a sweep over two parameters, and a published benchmark as a test of one's own.
+A root locus with python-control, a sweep over two parameters, and a published benchmark as a test.
 """
 
 import control
@@ -12,7 +12,7 @@ from matplotlib import pyplot as plt
 import velotyre as vt
 
 # %%
-# How much steer torque from lean rate stabilises weave at 3 m/s: the gain closes the loop outside velotyre.
+# Which gain from lean rate to steer torque stabilises weave at 3 m/s? The loop is closed outside velotyre.
 
 plant = vt.Model("benchmark").linear_model().to_control(3.0)
 loop = control.root_locus_map(plant["lean_rate", "steer_torque"], gains=-np.linspace(0, 10, 101))
@@ -22,14 +22,14 @@ figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 gains = np.repeat(np.abs(loop.gains)[:, None], loop.loci.shape[1], axis=1)
 points = axes.scatter(loop.loci.real, loop.loci.imag, c=gains, s=8)
 axes.axvline(0, color="0.2", lw=0.8)
-axes.set(xlim=(-12, 6), xlabel="real part (1/s)", ylabel="imaginary part (rad/s)")
-figure.colorbar(points, label="steer torque per lean rate (N m s/rad)")
-least = np.abs(loop.gains)[stable].min()
-axes.set_title(f"Benchmark at 3 m/s: stable from {least:.1f} N m s/rad", fontsize=10)
+axes.set(xlim=(-12, 6), xlabel="Real part, 1/s", ylabel="Imaginary part, rad/s")
+figure.colorbar(points, label="Steer torque per lean rate, N m s/rad")
+lowest = np.abs(loop.gains)[stable].min()
+axes.set_title(f"Benchmark at 3 m/s: stable from {lowest:.1f} N m s/rad", fontsize=10)
 plt.show()
 
 # %%
-# The weave speed over trail and wheelbase; arrays for parameters give labelled arrays.
+# The weave speed over trail and wheelbase: arrays of parameters give labelled arrays.
 
 found = vt.critical_speeds("benchmark", trail=np.linspace(0.05, 0.1, 11), wheelbase=[1.0, 1.05])
 weave = found.sel(crossing_mode="weave", as_speed_grows="stabilising", occurrence=1)
@@ -37,7 +37,7 @@ weave = found.sel(crossing_mode="weave", as_speed_grows="stabilising", occurrenc
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
 lines = weave.plot.line(x="c", ax=axes, add_legend=False)
 axes.legend(lines, [f"wheelbase {w:g} m" for w in weave.w.values])
-axes.set(xlabel="trail (m)", ylabel="weave speed (m/s)", title="")
+axes.set(xlabel="Trail, m", ylabel="Weave speed, m/s", title="")
 plt.show()
 
 # %%

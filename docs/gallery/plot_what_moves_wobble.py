@@ -1,8 +1,8 @@
 """
-What moves wobble most
-======================
+Which parameters change wobble most
+===================================
 
-Derivatives of the wobble root to every parameter, per five per cent of the parameter, from left and right
+Derivatives of the wobble eigenvalue with respect to every parameter, per 5 % of the parameter, from left and right
 eigenvectors.
 """
 
@@ -35,8 +35,8 @@ axes.barh(
     [key for key, _ in largest], [value for _, value in largest], color=["C3" if v > 0 else "C0" for _, v in largest]
 )
 axes.axvline(0, color="0.2", lw=0.8)
-axes.set_xlabel(
-    "change of the real part of wobble (1/s)\nper increase by 5 % of the parameter's size; right: less stable"
+axes.set_xlabel("Change of the real part of wobble, 1/s,\nper 5 % increase of the parameter; right: less stable")
+figure.suptitle(
+    f"Benchmark, front-frame compliance, {speed:g} m/s (wobble {root.imag / 2 / np.pi:.1f} Hz)", fontsize=10
 )
-figure.suptitle(f"Benchmark, compliant front, {speed:g} m/s (wobble {root.imag / 2 / np.pi:.1f} Hz)", fontsize=10)
 plt.show()

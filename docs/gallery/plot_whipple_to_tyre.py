@@ -3,7 +3,7 @@ From knife edges to a measured tyre
 ===================================
 
 The same bicycle with wheels that cannot slip and with a measured racing tyre (Dell'Orto et al., Tyre1, flat track,
-5.5 bar, extrapolated to the benchmark's rear load): weave changes little, wobble appears.
+5.5 bar, extrapolated to the benchmark's rear load): weave changes little, and a wobble mode exists.
 """
 
 import numpy as np
@@ -26,8 +26,8 @@ for model, name, style in ((whipple, "no slip", "--"), (tyred, "measured tyre", 
         if mode in found.to_dict():
             axes[0].plot(speeds, found.frequency(mode), style, color=colour, label=f"{mode}, {name}")
             axes[1].plot(speeds, found.damping_ratio(mode), style, color=colour)
-axes[0].set(xlabel="speed (m/s)", ylabel="frequency (Hz)")
-axes[1].set(xlabel="speed (m/s)", ylabel="damping ratio", ylim=(-0.5, 1))
+axes[0].set(xlabel="Speed, m/s", ylabel="Frequency, Hz")
+axes[1].set(xlabel="Speed, m/s", ylabel="Damping ratio", ylim=(-0.5, 1))
 axes[1].axhline(0, color="0.3", lw=0.8)
 axes[0].legend(frameon=False)
 plt.show()

@@ -2,9 +2,9 @@
 Wobble of Sharp's motorcycle
 ============================
 
-Compliance reverses how the damping of wobble goes with speed. The motorcycle of Sharp (1994) with rigid frames loses
-damping from 11 m/s on; with its flexible front and rear it is least damped near 20 m/s. Hands on the bar help wobble
-and take damping from weave. Tyres are those of the static loads; air is left out.
+Compliance reverses the dependence of wobble damping on speed. With rigid frames the damping of the motorcycle of Sharp
+(1994) decreases from 11 m/s on; with front-frame and rear-frame compliance it is lowest near 20 m/s. Hands on the
+handlebar increase the damping of wobble and decrease that of weave. Tyres are at static loads, without air drag.
 """
 
 import numpy as np
@@ -30,6 +30,6 @@ for name, (model, style) in cases.items():
         axes.plot(speeds, [values[0][0] for values in found[mode]], style, label=name)
 for axes, mode, low in zip(panels, ("wobble", "weave"), (-11, -11), strict=True):
     axes.axhline(0, color="0.6", lw=0.8)
-    axes.set(title=mode, xlabel="speed (m/s)", ylabel="real part (1/s)", xlim=(10, 53.5), ylim=(low, 1))
+    axes.set(title=mode, xlabel="Speed, m/s", ylabel="Real part, 1/s", xlim=(10, 53.5), ylim=(low, 1))
 panels[0].legend(frameon=False, fontsize=8)
 plt.show()

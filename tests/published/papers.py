@@ -335,13 +335,13 @@ def sharp(mode: str, **arguments: Any) -> Callable[..., np.ndarray]:
 
 
 SIGNS = (
-    Sign("Sharp (1971), Sharp (1994)", "on rigid frames wobble loses damping from 10 to 45 m/s",
+    Sign("Sharp (1971), Sharp (1994)", "on rigid frames the damping of wobble decreases from 10 to 45 m/s",
          {"rigid": sharp("wobble", rigid=True)}, lambda rigid: (np.diff(rigid[:8]) > 0).all()),
-    Sign("Spierings (1981), Sharp (1994)", "a flexible front reverses it from 30 m/s on",
+    Sign("Spierings (1981), Sharp (1994)", "front-frame compliance reverses it from 30 m/s on",
          {"flexible": sharp("wobble")}, lambda flexible: (np.diff(flexible[4:]) < 0).all()),
-    Sign("Sharp (1994)", "hands on the bar help wobble at every speed",
+    Sign("Sharp (1994)", "hands on the handlebar increase the damping of wobble at every speed",
          {"off": sharp("wobble"), "on": sharp("wobble", hands_on=True)}, lambda off, on: (on < off).all()),
-    Sign("Sharp (1994)", "hands on the bar take damping from weave from 30 m/s on",
+    Sign("Sharp (1994)", "hands on the handlebar decrease the damping of weave from 30 m/s on",
          {"off": sharp("weave"), "on": sharp("weave", hands_on=True)}, lambda off, on: (on > off)[4:].all()),
     Sign("Bulsink, Doria, van de Belt & Koopman (2015)", "a tyre's twisting torque (3 N m/rad) stabilises capsize",
          {"without": ridden(slowest_real), "with": ridden(slowest_real, twisting_torque={"twisting_stiffness": 3.0})},
@@ -355,7 +355,7 @@ SIGNS = (
 )  # fmt: skip
 if "longitudinal" in registry():
     SIGNS += (
-        Sign("Evangelou (2003)", "braking (1000 N) takes damping from wobble, drive (500 N) adds some",
+        Sign("Evangelou (2003)", "braking (1000 N) decreases the damping of wobble, drive (500 N) increases it",
              {"brake": sharp("wobble", force=-1000.0), "coast": sharp("wobble"), "drive": sharp("wobble", force=500.0)},
              lambda brake, coast, drive: (brake > coast).all() and (drive < coast).all()),
     )  # fmt: skip
