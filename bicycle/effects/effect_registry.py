@@ -90,11 +90,13 @@ def _run(path: Path, name: str, content: bytes) -> ModuleType:
         if former is not None:
             sys.modules[name] = former
         if isinstance(error, SyntaxError):
-            raise InputError(f"{path}, line {error.lineno}: this is not Python ({error.msg}); mend the line") from error
+            raise InputError(
+                f"{path}, line {error.lineno}: this is not Python ({error.msg}); correct the line"
+            ) from error
         if isinstance(error, InputError):
             raise InputError(f"{path}: {error}") from error
         why = f"{type(error).__name__}: {error}"
-        raise InputError(f"{path}{line_of(error, path)}: the file cannot be run: {why}; mend it") from error
+        raise InputError(f"{path}{line_of(error, path)}: the file cannot be run: {why}; correct it") from error
     return module
 
 
@@ -141,7 +143,7 @@ def _mistakes(effect: type[Effect], effects: Mapping[str, type[Effect]]) -> Iter
     for need in sorted(set(effect.requires) - provided):
         yield f"it requires {need!r}, which no effect provides; there are {', '.join(sorted(provided))}"
     if effect.requires and not effect.why:
-        yield "it requires something and does not say why = ..."
+        yield "it requires something and does not state why = ..."
     for parameter in effect.parameters:
         yield from _wrong_parameter(parameter)
     for mode in effect.modes:
@@ -248,10 +250,10 @@ def _installed_effects() -> Mapping[str, type[Effect]]:
             loaded = entry.load()
         except Exception as error:
             why = f"{type(error).__name__}: {error}"
-            raise InputError(f"{where} cannot be imported: {why}; mend or uninstall it") from error
+            raise InputError(f"{where} cannot be imported: {why}; correct or uninstall it") from error
         effects = list(_classes(loaded)) if isinstance(loaded, ModuleType) else [loaded]
         if not effects or not all(isinstance(kind, type) and issubclass(kind, Effect) for kind in effects):
-            raise InputError(f"{where} is neither an Effect nor a module with effects; mend or uninstall it")
+            raise InputError(f"{where} is neither an Effect nor a module with effects; correct or uninstall it")
         for effect in effects:
             check_declaration(effect, by_identifier, where)
             by_identifier[effect.identifier] = effect

@@ -164,7 +164,7 @@ class Motor:
     def give(self, torque: Expression) -> None:
         """Let the motor give ``torque`` (N m) instead of its command."""
         if self._torque is not None:
-            raise ValueError(f"two effects say what the {self.command} gives; declare one slot for both")
+            raise ValueError(f"two effects set what the {self.command} gives; declare one slot for both")
         self._torque = torque
 
 

@@ -296,7 +296,7 @@ def derive(effects: tuple[type[Any], ...]) -> SymbolicModel:
                 raise
             raise InputError(
                 f"{file}{line_of(error, Path(file))}: effect {effect.identifier!r} cannot be added to the equations: "
-                f"{type(error).__name__}: {error}; mend its apply (docs/effects.md shows one)"
+                f"{type(error).__name__}: {error}; correct its apply (docs/effects.md shows one)"
             ) from error
         for mode in effect.modes:
             model.add_mode(mode)

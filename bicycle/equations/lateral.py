@@ -418,7 +418,7 @@ class ModelBuilder:
     def incline_road(self, gradient: Expression) -> None:
         """Let the road rise by ``gradient`` per length on the level; the fall line follows the heading."""
         if self.slope != 0:
-            raise InputError("two effects say how the road rises; leave one out")
+            raise InputError("two effects set the slope of the road; leave one out")
         self.gravity = self.bicycle["g"] / sp.sqrt(1 + gradient**2)
         self.slope = self.gravity * gradient
 

@@ -232,7 +232,7 @@ class GivenNumbers:
         if FORK_OFFSET not in self.values:
             return
         if "c" in self.values:
-            raise InputError(f"c and {FORK_OFFSET} both say the trail; keep one")
+            raise InputError(f"c and {FORK_OFFSET} both give the trail; keep one")
         if not {"lam", "rF"} <= set(self.values):
             raise InputError(f"the trail of {FORK_OFFSET} needs lam and rF; give them")
         offset = self.values.pop(FORK_OFFSET)
@@ -340,7 +340,7 @@ def carried_body(content: Mapping[str, Any], *, z_up: bool = False) -> RigidBody
         squares = np.array([width**2 + tall**2, length**2 + tall**2, length**2 + width**2])
         inertia = np.diag(mass / 12 * squares)
     elif any(content["size"]):
-        raise InputError(f"body {name}: size and inertia both say its inertia; keep one")
+        raise InputError(f"body {name}: size and inertia both give its inertia; keep one")
     else:
         xx, yy, zz, *product = content["inertia"]
         xz = product[0] if product else 0.0

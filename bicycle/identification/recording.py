@@ -314,7 +314,7 @@ def read_runs(content: Mapping[str, Any], folder: Path) -> tuple[tuple[Run, ...]
     common = {key: histories[key] for key in (*TABLES, "first_s", "last_s") if key in histories}
     if "drop_first_s" in histories:
         if "first_s" in histories:
-            raise InputError("[histories]: drop_first_s and first_s say the same; keep one")
+            raise InputError("[histories]: drop_first_s and first_s give the same; keep one")
         common |= {"first_s": histories["drop_first_s"], START: "drop_first_s"}
     used = common.pop("channels") if isinstance(common.get("channels"), list) else None
     drive = histories.get("input", "")
@@ -444,7 +444,7 @@ def _in_m_s(entry: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Convert the speed of an entry to m/s, if given in km/h."""
     converted = dict(entry)
     if KM_H in converted and "speed_m_s" in converted:
-        raise InputError(f"{where}: speed_m_s and {KM_H} say the same; keep one")
+        raise InputError(f"{where}: speed_m_s and {KM_H} give the same; keep one")
     if KM_H in converted:
         converted["speed_m_s"] = read(SPEED, converted.pop(KM_H), where=where, section=KM_H) / 3.6
     return converted

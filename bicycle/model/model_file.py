@@ -29,7 +29,7 @@ def stated_covariance(model: Model, content: Mapping[str, Any]) -> ParameterCova
     covariance = read_covariance(content, names, where=where, origin=MODEL_FILE)
     for name in covariance.names:
         if name in model.tied:
-            raise InputError(f"{where}: {name} equals {model.tied[name]} of the bicycle and follows it; take it out")
+            raise InputError(f"{where}: {name} equals {model.tied[name]} of the bicycle and follows it; remove it")
         if name in model.bicycle.sd:
             raise InputError(f"{where}: the bicycle states an sd of {name} already; keep one of them")
     if model.sd:

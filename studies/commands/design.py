@@ -18,7 +18,7 @@ def check_demands(context: click.Context, parameter: click.Parameter, value: Dem
     """Refuse a ``--keep`` whose second word is missing, so that it took the next option."""
     for mode, demand in value:
         if demand.startswith("--"):
-            raise InputError(f"--keep {mode} {demand}: say what {mode} keeps, for example --keep {mode} stable")
+            raise InputError(f"--keep {mode} {demand}: state the requirement, for example --keep {mode} stable")
     return value
 
 

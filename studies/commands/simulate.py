@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from tyre.ground.arrays import Array
 
 RECORDING = "recording.csv"
-UNRECORDED = "{}: {} pushes the bicycle and is not recorded: whoever reads the file takes the motion for one without it"
+UNRECORDED = "{}: the input {} is not recorded; readers of the file must know of it"
 TYRE = ("peak_factor", "shape_factor", "curvature_factor")  # options of the Magic Formula
 NOTHING_MOVES = "nothing moves the bicycle; give --initial or --input, such as --initial lean=0.02"
 

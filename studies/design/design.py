@@ -19,7 +19,7 @@ from studies.design.problem import CLEARLY, Answer, Demand, Peak, Problem, searc
 from studies.model_space.changed_model import ModelSpace, changed_content
 from studies.model_space.lasting_motions import motion_at
 from studies.model_space.outputs import HIGHEST
-from studies.uncertainty.uncertain_model import UncertainModel
+from studies.uncertainty.uncertain_model import NothingUncertain, UncertainModel
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 
@@ -285,10 +285,8 @@ def _repeat_search(problem: Problem, margins: Mapping[Demand, float], seed: int)
 def _uncertain(content: Mapping[str, Any], wishes: Wishes) -> UncertainModel | None:
     try:
         return UncertainModel(content, sd=wishes.sd, defaults=wishes.assume)
-    except InputError as error:
-        if str(error).startswith("nothing is uncertain"):
-            return None
-        raise
+    except NothingUncertain:
+        return None
 
 
 def _certainty(

@@ -105,7 +105,7 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
         channel_map, part = _complete(roles, roles.map_of(with_unit))
         runs, whole = _runs(roles, channel_map, speed or 5.0)
     except InputError as error:
-        return unusable([shorten_error(error, path)], ["mend that in the file or in the map"]), Motion(speed)
+        return unusable([shorten_error(error, path)], ["correct that in the file or in the map"]), Motion(speed)
     decay, windows = _decay(roles, runs, whole, speed)
     replay = _replay(runs, roles, unsure)
     if part:  # windows are counted from the first sample of the file

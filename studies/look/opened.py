@@ -145,7 +145,7 @@ def guess_clock(signals: Signals) -> Guess | None:
         time_quantities = ("time", "datetime")
         timed = [c for c in signals.columns if c.name in rising and (quantity_of(c.unit) or c.unit) in time_quantities]
         if timed:
-            return Guess(timed[0], "", "a rising column in a unit of time, its name says little")
+            return Guess(timed[0], "", "a rising column in a unit of time, its name is not specific")
         return _at_equal_steps(signals)
     ranked = []
     for place, guess in enumerate(candidates):
@@ -190,7 +190,7 @@ def _by_header(guess: Guess, values: Array, signals: Signals) -> Guess:
     if guess.unit == UNKNOWN:
         return guess
     word = "days of a spreadsheet" if guess.unit == "d" else guess.unit
-    doubt = f"the file says no unit of time; taken as {word}: {hertz:.6g} Hz"
+    doubt = f"the file states no unit of time; taken as {word}: {hertz:.6g} Hz"
     doubt += ", as the header states" if agrees else ""
     doubt += "; the time of measurement, not of arrival" if _MEASURED.search(guess.column.name) else ""
     return replace(guess, doubt=doubt)
@@ -364,7 +364,7 @@ def _sidecar(path: Path) -> Sidecar | None:
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{sidecar}: the sidecar is no TOML ({error}); mend or remove it") from error
+        raise InputError(f"{sidecar}: the sidecar is no TOML ({error}); correct or remove it") from error
     return file_and_sidecar(path)[1] if "axes" in content or "tyre" in content else None
 
 
@@ -379,7 +379,7 @@ def _by_unit(
         used_columns = {guess.column.name for guess in (*guessed.values(), *more.values())}
         fitting = [c for c in columns if c.name not in used_columns and quantity_of(c.unit) == OF_RIG[name]]
         if len(fitting) == 1:
-            more[name] = Guess(fitting[0], "", f"the only column in a unit of {OF_RIG[name]}, its name says little")
+            more[name] = Guess(fitting[0], "", f"the only column in a unit of {OF_RIG[name]}, its name is not specific")
     return {} if all_or_none and len(more) < len([name for name in needed if name not in guessed]) else more
 
 

@@ -72,7 +72,7 @@ OTHERWISE = {
     SWEEP: "a slip sweep goes up and down between slip angles, without rest, with kind = slip_sweep or none",
     PULLED: "a lateral stiffness test needs lateral_force, plate_displacement and rim_displacement (or "
     "rigid_rim = true)",
-    STEADY: 'settled points of slip angle, load and lateral force have no time, with kind = "steady"',
+    STEADY: 'steady points of slip angle, load and lateral force have no time, with kind = "steady"',
     STEP: 'a step rests, goes to another slip angle and rests there; write kind = "slip_step" into its sidecar',
 }
 """What makes a recording the other use."""
@@ -237,7 +237,7 @@ def rig_uses(roles: Roles) -> tuple[list[Use], list[Supposed]]:
 def _judge_with_sidecar(roles: Roles) -> list[Use]:
     """Judge a recording with its sidecar, exactly as ``tyre fit`` reads it."""
     path = roles.opened.path
-    mend = f"mend what is named, in {path.name} or in its sidecar {path.with_suffix('.toml').name}"
+    mend = f"correct what is named, in {path.name} or in its sidecar {path.with_suffix('.toml').name}"
     try:
         judged = [judge(name, run, roles, path) for name, run in read_events(path, roles.command_map).items()]
     except InputError as error:
@@ -302,7 +302,10 @@ def _judge_without_sidecar(roles: Roles, needed: Sequence[str]) -> tuple[list[Us
         try:
             return _judge_channels(roles, roles.map_of(channels), supposed, names)
         except InputError as error:
-            reason, remedy = shorten_error(error, roles.opened.path), "write the map with --channels, or mend the draft"
+            reason, remedy = (
+                shorten_error(error, roles.opened.path),
+                "write the map with --channels, or correct the draft",
+            )
     return [Use(name, (), (reason,), (remedy,)) for name in names], supposed
 
 
@@ -327,7 +330,7 @@ def _judge_settled_points(roles: Roles) -> tuple[list[Use], Supposed | None]:
         judged = [judge(name, run, roles, path) for name, run in levels.items()]
     except InputError as error:
         return [
-            Use(STEADY, (), (shorten_error(error, path),), ("write the map with --channels, or mend the draft",)),
+            Use(STEADY, (), (shorten_error(error, path),), ("write the map with --channels, or correct the draft",)),
             step,
         ], supposed
     size = recording.time.size
@@ -379,7 +382,7 @@ def _judge_channels(
     else:
         judged = [judge("", recording, roles, path)]
     beginning = "the channels are there, but what was recorded is a"
-    mend = "mend it in the file or in the draft: each reason says how"
+    mend = "correct it in the file or in the draft: each reason says how"
     uses = _by_kind(judged, names, beginning, mend, windows=bool(supposed.windows))
     lacking = [[*supposed.unsaid, *["speed"] * (use.name == STEP and "speed" not in recorded)] for use in uses]
     return [

@@ -158,7 +158,7 @@ class BoundedDraws:
         if np.abs(drawn - self._stated).max() > 0.01:
             remarks.append(
                 f"quantities that keep their sign cannot have the stated correlations of {', '.join(names)}; means and "
-                "standard deviations are kept, the correlations are the nearest that can be had"
+                "standard deviations are kept, the correlations are the nearest possible"
             )
         return tuple(remarks)
 

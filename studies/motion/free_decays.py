@@ -21,10 +21,11 @@ NOTES = {
     "beside": "{run}: {what} is in the window; it is fitted as well and not in the table",
     "wider": "repeats scatter more than their fits predict: the sd of {wider} of {rows} rows is widened by that",
     "aside": "{run} at {speed:g} m/s is an outlier among its repeats; only its sd is widened",
-    "no repeats": "no run has a repeat within 5 % of its speed: the sd of the fit says nothing of the scatter from run "
-    "to run, as where a rough road keeps driving the motion",
+    "no repeats": "no run has a repeat within 5 % of its speed: the sd of the fit does not include the scatter "
+    "from run "
+    "to run, as on a rough road that drives the motion",
     "some alone": "{alone} of {rows} rows have no repeat within 5 % of its speed: the sd of the fit says nothing of "
-    "the scatter from run to run, as where a rough road keeps driving the motion, unless other speeds showed it",
+    "the scatter from run to run, as on a rough road that drives the motion, unless other speeds showed it",
 }
 BESIDE = {
     "dies": "a transient that dies within {seconds:.2g} s",

@@ -83,7 +83,7 @@ class RiderGains:
         """Add the rider with these ``gains`` (SI) to a ``model``; ``delayed``: with the delay, as Pade."""
         for effect in model.effects:
             if effect.identifier in EFFECTS:
-                raise InputError(f"the model has a rider already, [effects.{effect.identifier}]; take it out")
+                raise InputError(f"the model has a rider already, [effects.{effect.identifier}]; remove it")
         muscles = {key: self.about[key] for key in ("filter_frequency", "filter_damping") if key in self.about}
         tables = {effect: {key: gains[key] for key in keys if key in gains} for effect, keys in EFFECTS.items()}
         tables["rider_control"] |= muscles

@@ -100,7 +100,7 @@ def read_sensors(path: Path) -> Sensors:
     content = read(FILE, read_toml(path, "sensor file"), where=str(path))
     for name, sensor in content["channels"].items():
         if {"correlation", "bandwidth_hz"} <= set(sensor):
-            raise InputError(f"{path}: [channels.{name}]: correlation and bandwidth_hz say the same; keep one")
+            raise InputError(f"{path}: [channels.{name}]: correlation and bandwidth_hz give the same; keep one")
     if not set(content["channels"]) & set(CHANNELS):
         motions = ", ".join(name for name in RECORDED if name in CHANNELS)
         raise InputError(f"{path}: [channels]: no motion is recorded; add one of {motions}")

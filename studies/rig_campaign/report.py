@@ -23,9 +23,9 @@ N_PER_DEG = math.pi / 180.0
 
 # quantities whose truth the simulator writes: label, name in a result and in truth.json, factor and digits
 SIMULATED = (
-    ("C (N/deg)", "cornering_stiffness", "cornering_stiffness_N_per_rad", N_PER_DEG, 2),
-    ("K (N/mm)", "lateral_stiffness", "lateral_stiffness_N_per_m", 1e-3, 2),
-    ("C/K (mm)", "relaxation_length", "relaxation_length_m", 1e3, 1),
+    ("C_α (N/deg)", "cornering_stiffness", "cornering_stiffness_N_per_rad", N_PER_DEG, 2),
+    ("K_y (N/mm)", "lateral_stiffness", "lateral_stiffness_N_per_m", 1e-3, 2),
+    ("σ (mm)", "relaxation_length", "relaxation_length_m", 1e3, 1),
 )
 
 
@@ -109,7 +109,7 @@ def _places(places: Sequence[str], count: int, noun: str, table: str) -> str:
 
 
 def against_truth(campaign: Campaign) -> list[dict[str, Any]]:
-    """Compare C, K and C/K of a simulated campaign with its truth.json, a row each; empty without one."""
+    """Compare C_alpha, K_y and sigma of a simulated campaign with its truth.json, a row each; empty without one."""
     file = campaign.folder / "truth.json"
     if not file.is_file():
         return []

@@ -144,7 +144,7 @@ def _write_netcdf(data: Any, target: Path) -> None:
     try:
         data.to_netcdf(target, engine="netcdf4")
     except RuntimeError as error:  # HDF5 does not say why
-        raise OSError(errno.EIO, f"netCDF says {str(error)!r}, as it does when the disk is full") from error
+        raise OSError(errno.EIO, f"netCDF reports {str(error)!r}, as it does when the disk is full") from error
 
 
 def provenance(sweep: Sweep) -> dict[str, str]:

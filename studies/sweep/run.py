@@ -62,7 +62,7 @@ def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:
         reason = str(error)
         if isinstance(error, OSError):
             reason = f"{error.strerror or error}: cannot write to {out.absolute().parent.as_posix()}"
-        raise InputError(f"{reason}; {_describe_finished(sweep, parts)}: mend the cause and {CONTINUE}") from error
+        raise InputError(f"{reason}; {_describe_finished(sweep, parts)}: remove the cause and {CONTINUE}") from error
     except KeyboardInterrupt:
         print(f"{_describe_finished(sweep, parts)}: {CONTINUE}", file=sys.stderr)
         raise

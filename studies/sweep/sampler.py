@@ -29,7 +29,7 @@ from tyre.maps.find_tyre import read_tyre
 from tyre.measured import properties
 from tyre.measured.properties import TyreSource
 
-NO_TYRE = "the tyre's table says nothing of the load or pressure"
+NO_TYRE = "the tyre's table does not cover the load or pressure"
 BLOCKS = (np.array([0, 2]), np.array([1, 3]))  # cornering stiffness of both wheels, lateral stiffness of both
 USED = np.ix_([0, 1, 3, 4], [0, 1, 3, 4])  # C and K among C, K, relaxation length of two wheels
 STIFFNESSES = ("cornering_stiffness", "lateral_stiffness")

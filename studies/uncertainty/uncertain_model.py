@@ -39,6 +39,10 @@ STEP = 1e-3  # in standard deviations, of the smooth map from z to parameters
 BATCH = 4096  # bicycles at a time
 
 
+class NothingUncertain(InputError):
+    """A model of which nothing is uncertain."""
+
+
 class UncertainModel:
     """A model with what is uncertain about it."""
 
@@ -99,7 +103,7 @@ class UncertainModel:
         sampled |= {"tyre_covariance": True, "relative_cornering_stiffness_sd": self.relative} if measured else {}
         if not sampled:
             stated_sd = "an sd of 0" if self._stated.bicycle.sd else "no sd"
-            raise InputError(
+            raise NothingUncertain(
                 f"nothing is uncertain: the bicycle states {stated_sd} "
                 "and the model has no measured tyre; give some (--sd c=0.005) or take the defaults for the rest"
             )

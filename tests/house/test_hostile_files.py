@@ -19,7 +19,7 @@ WIDE = ",".join(f"c{k}" for k in range(100_000)) + "\n" + "1," * 99_999 + "1\n"
 WORDS = "time,a\n" + "".join(f"{k},{'1' * 100_000}\n" for k in range(3))
 TEXTS = {
     "wide": (WIDE, r"line 1: 2?[0-9]{2},[0-9]{3} characters in a line, at most 200,000 are read|688,889 characters"),
-    "many cells": ("," * 150_000 + "\n1\n", "line 1: 150,001 cells in a line, at most 10,000 are read; take out"),
+    "many cells": ("," * 150_000 + "\n1\n", "line 1: 150,001 cells in a line, at most 10,000 are read; remove"),
     "long words": (WORDS, "line 2: '1{20}'... has 100,000 characters, at most 1,000 are read of a number or a word"),
     "one line": ("1," * 1_500_000 + "1\n", "line 1: .* characters in a line, at most 200,000 are read; is it a table"),
     "one cell": (

@@ -308,7 +308,7 @@ def recordings_in(folder: Path, *, exclude: Path | None = None) -> list[Path]:
     if not files:
         raise InputError(
             f"{folder}: holds no recordings; expected .csv files or other formats with .toml sidecars, or .tdx files; "
-            "`velotyre look FILE` says what a recording can be used for, and drafts its sidecar"
+            "`velotyre look FILE` shows what a recording can be used for, and drafts its sidecar"
         )
     described = {named for path in files if (named := _named_by(path)) is not None}
     return [path for path in files if path.resolve() not in described]
@@ -382,10 +382,10 @@ def fit_campaign(
         elif skip_bad:
             skipped[name] = outcome
         else:
-            raise InputError(f"{outcome} (mend or remove the file, or leave it out with --skip-bad, the default)")
+            raise InputError(f"{outcome} (correct or remove the file, or leave it out with --skip-bad, the default)")
     if not summaries:
         raise InputError(
-            f"{folder}: none of {len(skipped)} recordings could be used; `velotyre look FILE` says what is lacking; "
+            f"{folder}: none of {len(skipped)} recordings could be used; `velotyre look FILE` shows what is missing; "
             "the first: {}: {}".format(*next(iter(skipped.items())))
         )
     summaries.sort(key=lambda item: item.file)

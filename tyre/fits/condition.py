@@ -137,7 +137,7 @@ def check_plausible(summary: RecordingSummary, path: Path) -> tuple[str, ...]:
         why = suspicion(value, unit=band.unit, typical=band.typical, further=band.slips)
         raise InputError(
             f"{path}: {band.words} is {value:.3g} {band.unit}; a tyre has {low:g} to {high:g}, so a column is in "
-            f"another unit than its name says{why}"
+            f"another unit than its name states{why}"
         )
     return tuple(doubt.text for doubt in unusual)
 
@@ -229,7 +229,9 @@ class ConditionResult:
     covariance: NDArray[np.float64] | None  # (3, 3), of (C_alpha, K_y, C_alpha / K_y) in N/rad, N/m and m
     r_squared: float | None  # mean of the sweeps'
     pneumatic_trail: Estimate | None  # m, at zero slip; the lateral force acts behind the contact centre
-    routes: Agreement | None  # test of C/K and the ``direct`` routes against each other; None with fewer than two
+    routes: (
+        Agreement | None
+    )  # test of C_alpha/K_y and the ``direct`` routes against each other; None with fewer than two
     direct: dict[str, Estimate]  # relaxation length, m, by its route: ``two sweep rates``, ``slip step``
     borrowed_stiffness: bool  # True: K_y is that of the flat track, or of the upright wheel
     scatter: dict[str, float]  # relative standard deviation of the repeats, by the kind of recording that has any
@@ -295,7 +297,7 @@ def combine(
     if c is None:
         warnings.append("no slip sweep: cornering stiffness unknown")
     if k is None:
-        warnings.append("no lateral stiffness test: lateral stiffness and C/K unknown")
+        warnings.append("no lateral stiffness test: lateral stiffness and relaxation length unknown")
     length, covariance = None, None
     if c is not None and k is not None:
         length, covariance = relaxation_from_stiffness(
@@ -304,7 +306,7 @@ def combine(
     stepped = mean_of_steps(steps, sweeps, repeatability=calibration.repeatability)
     ways = {"two sweep rates": relaxation_from_two_rates(sweeps), "slip step": stepped}
     direct = {way: length for way, length in ways.items() if length is not None}
-    routes = agreement(({"C/K": length} if length is not None else {}) | direct)
+    routes = agreement(({"C_α/K_y": length} if length is not None else {}) | direct)
     scatter = {
         repeats[0].kind: _relative_scatter([item.value for item in repeats])
         for repeats in (sweeps, pulls, steps)

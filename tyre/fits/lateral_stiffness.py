@@ -75,7 +75,7 @@ def fit_lateral_stiffness(test: LateralStiffnessTest, *, calibration: Calibratio
     notes = list(test.notes)
     good = test.complete
     if not good.all():
-        notes.append(f"{int(np.sum(~good))} readings with a missing value left out")
+        notes.append(f"{int(np.sum(~good))} readings with a missing value rejected")
     deflection, force = test.tyre_deflection[good], test.lateral_force[good]
     if deflection.size < 6:
         raise InputError(

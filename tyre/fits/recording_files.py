@@ -179,7 +179,7 @@ def _assemble(
 def _add_still_rim(columns: dict[str, Channel], path: Path) -> dict[str, Channel]:
     """Add the displacement (m) of a rim that cannot move, 0; refuse one that is recorded."""
     if "rim_displacement" in columns:
-        raise InputError(f"{path}: rigid_rim = true, but rim_displacement is recorded; take one of them out")
+        raise InputError(f"{path}: rigid_rim = true, but rim_displacement is recorded; remove one of them")
     if "plate_displacement" not in columns:
         return columns
     return {**columns, "rim_displacement": np.zeros(len(columns["plate_displacement"]))}
@@ -209,7 +209,7 @@ def _condition_of_pull(condition: Condition, path: Path) -> Condition:
     return replace(condition, camber=float(np.nan_to_num(condition.camber)))
 
 
-STEADY = '; or write kind = "steady" into the sidecar if each row is a settled point of its own'
+STEADY = '; or write kind = "steady" into the sidecar if each row is a steady point'
 
 
 def _number_points(columns: dict[str, Channel], load: float) -> dict[str, Channel]:

@@ -1,4 +1,4 @@
-"""Relaxation length: C/K, two sweep rates, or a step of slip."""
+"""Relaxation length: C_alpha/K_y, two sweep rates, or a step of slip."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -347,7 +347,7 @@ class Agreement:
     @property
     def sentence(self) -> str:
         """The verdict in words."""
-        names = ", ".join(f"{name} {1e3 * e.value:.1f} +- {1e3 * e.sd:.1f} mm" for name, e in self.routes.items())
+        names = ", ".join(f"{name} {1e3 * e.value:.1f} ± {1e3 * e.sd:.1f} mm" for name, e in self.routes.items())
         verdict = "agree" if self.agree else "disagree"
         return f"{names}: {verdict} (chi^2 = {self.chi2:.2f}, {self.dof} dof, p = {self.p_value:.2g})"
 

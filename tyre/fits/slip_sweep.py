@@ -287,7 +287,7 @@ def fit_slip_sweep(
         model, solution, faults = without_faults(model, solution)
         blocks, notes = model.blocks, notes + faults
     if not solution.settled:
-        notes.append("the fit stopped after 400 evaluations; its curve coefficients are not settled")
+        notes.append("the fit stopped after 400 evaluations; its curve coefficients have not converged")
     parameters, sd = dict(solution.values), dict(solution.sd)
     slope = parameters.pop("cornering_stiffness")
     slope_sd = sd.pop("cornering_stiffness")
@@ -358,7 +358,7 @@ def _condition_notes(run: RigRun, blocks: sweep_curve.Blocks, load: float, r_squ
     if abs(load / run.condition.load - 1.0) > 0.02:
         notes.append(f"mean measured load {load:.1f} N is {100 * (load / run.condition.load - 1):+.1f} % off nominal")
     if blocks.missing:
-        notes.append(f"{blocks.missing} samples without lateral force left out")
+        notes.append(f"{blocks.missing} samples without lateral force rejected")
     if r_squared < 0.98:
         notes.append(f"R^2 = {r_squared:.4f} is low for a slip sweep")
     reach = np.rad2deg(min(-blocks.slip.min(), blocks.slip.max()))
@@ -527,11 +527,11 @@ def without_faults(
     reading = blocks.force if fault.channel == "lateral_force" else blocks.slip
     inner = replace(model, blocks=replace(blocks, settled=blocks.settled & (np.abs(reading) <= fault.onset)))
     if inner.blocks.settled.sum() < 2 * model.free.sum():
-        return model, solution, [f"{text}; too little is left without these samples, so they are used: C is in doubt"]
+        return model, solution, [f"{text}; too few samples remain without them, so they are used: C_alpha is uncertain"]
     better = sweep_curve.solve_sweep(inner)
     change = solution.values["cornering_stiffness"] / better.values["cornering_stiffness"] - 1.0
     than = f"{100 * abs(change):.1f} % {'higher' if change > 0 else 'lower'}"
-    return inner, better, [f"{text}; samples beyond are not used, with them C would be {than}"]
+    return inner, better, [f"{text}; samples beyond are not used; with them C_alpha is {than}"]
 
 
 def _slows(model: sweep_curve.SweepModel, onset: float, share: float) -> bool:

@@ -55,7 +55,7 @@ def contents_here(path: Path, reading: Reading) -> Contents:
     if not listing.columns:
         raise InputError(f"{path}: holds no channels")
     if (count := len(listing.columns)) > 10_000:
-        raise InputError(f"{path}: holds {count:,} channels, at most 10,000 are read; take out what is not measured")
+        raise InputError(f"{path}: holds {count:,} channels, at most 10,000 are read; remove what is not measured")
     return replace(listing, load=lambda names, most: _call_library(path, lambda: list(listing.load(names, most))))
 
 

@@ -260,7 +260,7 @@ def _clock(value: Any) -> Clock:
             "a column that counts samples, with its rate_hz"
         )
     if unit and not column:
-        raise remarked(": unit belongs to a column of times; take it out")
+        raise remarked(": unit belongs to a column of times; remove it")
     return Clock(column or "", unit or "", index or "", rate or 0.0)
 
 
@@ -370,7 +370,9 @@ _TRIGGER = table(
         maybe("below"): number(),
         needed("unit", "unit is missing; give the unit of the level"): _TEXT,
         maybe("before_s", 0.0): number(least=0),
-        needed("after_s", "after_s is missing; say how long an event lasts after the crossing, in s"): number(above=0),
+        needed("after_s", "after_s is missing; state how long an event lasts after the crossing, in s"): number(
+            above=0
+        ),
     }
 )
 _WINDOW = table(

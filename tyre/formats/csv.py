@@ -379,7 +379,7 @@ def _table(path: Path, lines: list[str], reading: Reading) -> tuple[str, str, in
             best = score, (delimiter, decimal, width, first)
     if best is None:
         raise InputError(
-            f"{path}: no table of numbers was found in its lines; say how it is laid out with delimiter, decimal, "
+            f"{path}: no table of numbers was found in its lines; describe its layout with delimiter, decimal, "
             "names_line and first_line in [reading]"
         )
     return best[1]
@@ -422,7 +422,7 @@ def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -
     with progress_bar(total=size, desc=path.name, unit="B", unit_scale=True, show=size > _LARGE) as bar:
         for text, line, bytes_read, ended in _blocks(path, layout):
             if not ended:
-                notes.append(f"line {line}, the last one, has no line end and may be cut off: left out")
+                notes.append(f"line {line}, the last one, has no line end and may be cut off: rejected")
                 continue
             block, damaged = _samples(path, layout, places, text, line)
             garbled += damaged
@@ -539,7 +539,7 @@ def _number(cell: str, decimal: str, where: str) -> float:
         return np.nan
     if decimal == "," and "." in cell:
         raise InputError(
-            f"{where} = {cell[:40]!r} has a decimal point in a table with decimal commas; mend it, or give "
+            f"{where} = {cell[:40]!r} has a decimal point in a table with decimal commas; correct it, or give "
             "decimal in [reading]"
         )
     value = number_in(cell, decimal=decimal)

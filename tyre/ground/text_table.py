@@ -41,7 +41,7 @@ def refuse_huge_line(line: str, *, where: str) -> None:
         )
     cells = 1 + max(line.count(separator) for separator in "\t;,|")
     if cells > MOST_CELLS:
-        raise InputError(f"{where}: {cells:,} cells in a line, at most {MOST_CELLS:,} are read; take out columns")
+        raise InputError(f"{where}: {cells:,} cells in a line, at most {MOST_CELLS:,} are read; remove columns")
     longest = max(re.split(r"[\s;,|]", line), key=len)
     if len(longest) > LONGEST_WORD:
         raise InputError(
@@ -236,6 +236,8 @@ def read_columns(
 def read_cells(path: Path | Traversable, *, kind: str, example: str, logged: bool = False) -> Cells:
     """Read the cells of a table, which messages call a ``kind``; below the header of a ``logged`` one also Latin-1."""
     refuse_special(path)
+    if path.is_dir():
+        raise InputError(f"{path} is a folder; give files: {path}/*.csv")
     try:
         raw = path.read_bytes().removeprefix(b"\xef\xbb\xbf")  # spreadsheets write a byte-order mark
     except FileNotFoundError as error:

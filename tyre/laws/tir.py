@@ -316,7 +316,7 @@ class TirTyre(FormulaTyre):
         for line in self.file.text.splitlines():
             comment = re.match(r"\s*[!$#][\s:]*(?:COMMENT\s*:)?\s*(.*\bpress.*\d.*)", line, re.IGNORECASE)
             if comment:
-                return f"; a comment says {comment[1].strip()[:80]!r}"
+                return f"; a comment states {comment[1].strip()[:80]!r}"
         return ""
 
     def linear(self, *, load: Array, pressure: Array) -> Mapping[str, Array]:

@@ -32,7 +32,7 @@ _GAINS = ("force", "slip", "displacement")
 _GAIN = number(says="must be a number, 0.003 for 0.3 %")
 SIDECAR = table(
     {
-        needed(key, f"key '{key}' is missing; a tyre table must say its tyre, surface and source"): text(blank=False)
+        needed(key, f"key '{key}' is missing; a tyre table must state its tyre, surface and source"): text(blank=False)
         for key in ("tyre", "surface", "source")
     }
     | {

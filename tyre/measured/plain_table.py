@@ -114,7 +114,7 @@ def _rows_of_one_tyre(sheet: Sheet, tyre: str, notes: list[str]) -> tuple[Rows, 
     words: dict[str, str] = {}
     about = {WORDS[name]: n for n, column in enumerate(sheet.header) if (name := _plain_name(column)) in WORDS}
     if tyre and "tyre" not in about:
-        raise InputError(f"{sheet.path}: no column says which rows are of the tyre {tyre!r}; name it tyre")
+        raise InputError(f"{sheet.path}: no column states which rows are of the tyre {tyre!r}; name it tyre")
     for key, n in sorted(about.items(), reverse=True):  # the tyre first
         texts = list(dict.fromkeys(str(cells[n]).strip() for _, cells in rows))
         chosen = tyre if key == "tyre" and tyre else texts[0]

@@ -123,11 +123,11 @@ def _unit(signals: Signals, entry: MappedColumn, quantity: str, where: str, name
     written = column.unit.strip()
     silent = says_nothing(written)
     if entry.instead_of and entry.instead_of != written:
-        raise InputError(f"{place}: instead_of = {entry.instead_of!r}, but the file says {written or 'no unit'!r}")
+        raise InputError(f"{place}: instead_of = {entry.instead_of!r}, but the file states {written or 'no unit'!r}")
     if not entry.unit:
         if silent:
             raise InputError(
-                f"{place}: the file says no unit; add unit = ... in the channel map, such as unit = {SI[quantity]!r}"
+                f"{place}: the file states no unit; add unit = ... in the channel map, such as unit = {SI[quantity]!r}"
             )
         return find_unit(written, quantity, where=place)
     unit = find_unit(entry.unit, quantity, where=f"{place}, unit in the channel map")
@@ -135,7 +135,7 @@ def _unit(signals: Signals, entry: MappedColumn, quantity: str, where: str, name
         agrees = quantity_of(written) == quantity and find_unit(written, quantity, where=place) == unit
         if not agrees:
             raise InputError(
-                f"{place}: the file says {written!r}, the channel map {entry.unit!r}; take the unit out of the map, "
+                f"{place}: the file states {written!r}, the channel map {entry.unit!r}; take the unit out of the map, "
                 f"give a scale, or, if the file is wrong, write instead_of = {written!r} next to the unit"
             )
     return unit
@@ -165,7 +165,7 @@ def _check_values(values: Array, where: str) -> None:
         raise InputError(f"{where} has no valid sample; leave the channel out or repair the file")
     largest = max(np.nanmax(values), -np.nanmin(values))
     if largest > 1e12:  # in any SI unit of a channel
-        raise InputError(f"{where} reaches {largest:.3g} in SI units, which nothing measures; is the file damaged?")
+        raise InputError(f"{where} reaches {largest:.3g} in SI units, beyond any sensor; is the file damaged?")
 
 
 def _turn_to_vehicle(mounting: Mounting, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -230,7 +230,7 @@ def _events(
         events |= {f"{window.name}.{number}": span for number, span in enumerate(spans, 1)}
         if left_out:
             notes.append(
-                f"{left_out} events of window {window.name!r} are cut off by an end of the recording: left out"
+                f"{left_out} events of window {window.name!r} are cut off by an end of the recording: rejected"
             )
     return events, notes
 

@@ -194,13 +194,13 @@ def _time_factor(unit: str, written: str, where: str) -> float:
     if "datetime" in (unit, written):  # dates are in s after the first one once read
         if unit not in ("", "datetime") or written != "datetime":
             contents = "dates" if written == "datetime" else "no dates"
-            raise InputError(f"{where}: the column holds {contents}; mend its unit")
+            raise InputError(f"{where}: the column holds {contents}; correct its unit")
         return 1.0
     if not unit and says_nothing(written):
-        raise InputError(f"{where}: the file says no unit of time; add unit = 's' or 'ms' in the channel map")
+        raise InputError(f"{where}: the file states no unit of time; add unit = 's' or 'ms' in the channel map")
     time_unit = find_unit(unit or written, "time", where=where)
     if unit and not says_nothing(written) and find_unit(written, "time", where=where) != time_unit:
-        raise InputError(f"{where}: the file says {written!r}, the channel map {unit!r}; take one of them out")
+        raise InputError(f"{where}: the file states {written!r}, the channel map {unit!r}; remove one of them")
     return time_unit.factor
 
 

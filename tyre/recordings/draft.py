@@ -79,7 +79,7 @@ class Guess:
             index = f"index = {_quote(self.column.name)}, " if self.column.name else ""
             return f"{name} = {{{index}rate_hz = {self.rate:.10g}}}  # CHECK: {self.doubt}"
         unit = f", unit = {_quote(self.unit)}" if self.unit else ""
-        note = f"  # the file says {self.column.unit}" if not unit and self.column.unit else ""
+        note = f"  # the file states {self.column.unit}" if not unit and self.column.unit else ""
         if self.unit == UNKNOWN:
             note = "  # FILL IN the unit"
         elif self.doubt:
@@ -182,7 +182,7 @@ def or_map(path: Path, quantities: Mapping[str, str]) -> Iterator[None]:
 def refuse_unmapped(path: Path, quantities: Mapping[str, str], *, reading: Reading | None = None) -> None:
     """Refuse a file without a channel map, showing its columns and a draft of a map."""
     words = _words_of(contents(path, reading=reading), quantities)
-    raise InputError(f"{path}: no channel map says which column is which channel; {words}")
+    raise InputError(f"{path}: no channel map assigns columns to channels; {words}")
 
 
 @contextmanager

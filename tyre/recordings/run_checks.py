@@ -153,7 +153,7 @@ def _check_rolling(verdict: Preflight, run: RigRun, load_tolerance: float) -> No
         verdict.missing.append("aligning moment: no pneumatic trail")
     if run.speed is None and run.condition.speed is None and run.kind != "steady":
         verdict.missing.append(
-            "speed: the rate lag cannot be removed and no relaxation length be had from rates or steps"
+            "speed: without it the rate lag cannot be removed, and rates or steps give no relaxation length"
         )
     if run.temperature is None and run.condition.temperature is None:
         verdict.missing.append("temperature: its drift and wear are not separable")
@@ -195,10 +195,10 @@ def _check_sign(verdict: Preflight, run: RigRun) -> None:
         fitting = [name for name in CONVENTIONS if slope_grows(name) != slope_grows(run.axes)]
         verdict.forbids(
             f"wrong sign: lateral force falls with slip ({gradient * _DEGREE:.3g} N/deg) under axes = {run.axes!r}; "
-            f"axes = {' or '.join(map(repr, fitting))} would fit"
+            f"axes = {' or '.join(map(repr, fitting))} fits"
         )
     elif run.aligning_moment is not None and _slope(run.slip_angle[inner], run.aligning_moment[inner])[0] > 0.0:
-        verdict.problems.append("wrong sign: aligning moment grows with slip, the pneumatic trail would be negative")
+        verdict.problems.append("wrong sign: aligning moment grows with slip, the pneumatic trail is negative")
 
 
 def _check_load(verdict: Preflight, run: RigRun, tolerance: float) -> None:

@@ -78,9 +78,9 @@ def test_a_class_of_a_session_cannot_go_to_workers(spring):
 @pytest.mark.parametrize(("name", "text", "words"), [
     ("toy.toml", "", "toy.toml: give a Python file with effects, whose name ends in .py"),
     ("toy.py", None, "toy.py: cannot be read .*give a Python file with an Effect"),
-    ("toy.py", "class Toy(Effect:\n", "toy.py, line 1: this is not Python .*mend the line"),
+    ("toy.py", "class Toy(Effect:\n", "toy.py, line 1: this is not Python .*correct the line"),
     ("toy.py", "x = 1\ny = x / 0\n", "toy.py, line 2: the file cannot be run: ZeroDivisionError: division by zero"),
-    ("toy.py", "raise SystemExit(3)\n", "toy.py, line 1: the file cannot be run: SystemExit: 3; mend it"),
+    ("toy.py", "raise SystemExit(3)\n", "toy.py, line 1: the file cannot be run: SystemExit: 3; correct it"),
     ("toy.py", "x = 1\n", "toy.py: defines no effect; write a class that inherits from bicycle.Effect"),
     ("steer_spring.py", SPRING, "steer_spring.py: the effect 'steer_spring' exists already .bicycle.effects.steer"),
     ("my-toy.py", SPRING, "effect 'my-toy': its identifier has other than small letters, digits and underscores"),
@@ -122,7 +122,7 @@ def test_a_mistake_in_apply_is_one_line_with_file_and_line(tmp_path, right, wron
     assert text.count(right) == 1
     (tmp_path / "toy.py").write_text(text.replace(right, wrong))
     at = 1 + text[: text.index(right)].count("\n")
-    said = f"toy.py, line {at}: effect 'toy' cannot be added to the equations: {words}.*; mend its apply"
+    said = f"toy.py, line {at}: effect 'toy' cannot be added to the equations: {words}.*; correct its apply"
     with outside_effects([tmp_path / "toy.py"]), pytest.raises(InputError, match=said):
         Model(load_bicycle("benchmark"), effect_class("toy")()).linear_model()
 
@@ -183,7 +183,7 @@ for folder in sys.argv[1:]:
 """
 REFUSED = [
     ("packed = absent", "the installed package toys .*cannot be imported: ModuleNotFoundError"),
-    ("packed = os.path", "is neither an Effect nor a module with effects; mend or uninstall it"),
+    ("packed = os.path", "is neither an Effect nor a module with effects; correct or uninstall it"),
 ]
 
 

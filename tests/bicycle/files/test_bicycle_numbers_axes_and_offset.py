@@ -104,7 +104,7 @@ def test_the_trail_hangs_together_with_what_it_follows_from(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"c": 0.07}, "c and fork_offset both say the trail; keep one"),
+        ({"c": 0.07}, "c and fork_offset both give the trail; keep one"),
         ({"fork_offset": 45.0}, "fork_offset = 45 m is far outside the usual 0 .. 0.12 m .*write its unit behind"),
     ],
 )

@@ -80,7 +80,7 @@ def test_a_body_of_a_file_whose_z_points_up(tmp_path):
         ({"inertia": [8.0, 1.0, 1.0]}, "body rider: no rigid body has the principal inertias 1, 1 and 8 kg m\\^2"),
         ({"inertia": [1.0, 1.0, 1.0, 2.0]}, "principal inertias -1, 1 and 3"),
         ({"inertia": [1.0, 1.0]}, "must be .Ixx, Iyy, Izz., or .Ixx, Iyy, Izz, Ixz., in kg"),
-        ({"size": [0.3, 0.3, 0.3]}, "body rider: size and inertia both say its inertia; keep one"),
+        ({"size": [0.3, 0.3, 0.3]}, "body rider: size and inertia both give its inertia; keep one"),
     ],
 )
 def test_a_body_that_cannot_be_is_refused(tmp_path, change, message):

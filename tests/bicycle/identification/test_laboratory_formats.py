@@ -160,7 +160,7 @@ def test_simulate_takes_an_input_from_any_file(tmp_path, capsys):
         np.testing.assert_allclose(lab[column], own[column], rtol=1e-9, atol=1e-12)
     with pytest.raises(SystemExit):
         main([*base, f"steer_torque:file:{tmp_path / 't.mf4'}", "--out", str(tmp_path / "no")])
-    assert "t.mf4: no channel map says" in capsys.readouterr().err
+    assert "t.mf4: no channel map assigns" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(
             [*base, f"steer_torque:file:{tmp_path / 't.mf4'}", "--channel", "lean=other", "--out", str(tmp_path / "no")]

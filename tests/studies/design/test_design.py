@@ -319,7 +319,7 @@ def test_commands_that_are_none(options, message, refused):
 
 
 def test_a_demand_without_its_second_word_is_told_what_it_lacks(refused):
-    message = "--keep weave --vary: say what weave keeps, for example --keep weave stable"
+    message = "--keep weave --vary: state the requirement, for example --keep weave stable"
     assert message in refused("design", "benchmark", "--keep", "weave", "--vary", "c", "--out", "a.toml")
 
 

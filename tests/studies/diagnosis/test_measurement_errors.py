@@ -45,7 +45,7 @@ def histories(tmp_path, *, toml=HISTORY, head=RUN_HEAD, rows=None):
     (MODAL.replace("table =", "tabel ="), "unknown key 'tabel'"),
     (MODAL.replace('table = "t.csv"', ""), r'\[modal\]: no table; write table = "FILE.csv"'),
     (MODAL.replace('"t.csv"', "3"), r"\[modal\]: table = 3 must be a path in quotes"),
-    (MODAL.replace("t.csv", "."), "cannot be read as a table .Is a directory."),
+    (MODAL.replace("t.csv", "."), "is a folder; give files: .*csv"),
     ("description = 3\n" + MODAL, "description = 3 must be words in quotes"),
     (MODAL + "[uncertainty]\nlamb = 1\n", "m.toml: .uncertainty.: unknown parameter 'lamb'; did you mean 'lam'"),
     (MODAL + "[uncertainty]\nIHxx = 5e-324\n", ".uncertainty.: IHxx = 4.94066e-324 is below .*a billionth of its"),

@@ -76,7 +76,7 @@ def test_nothing_to_fit_never_stands_alone(tmp_path):
 def test_columns_without_units_are_asked_for(tmp_path, capsys, no_pictures):
     path = table(tmp_path / "a.csv", "time,roll rate,steer torque", [(k / 100, k % 9, k % 7) for k in range(100)])
     shown = said(capsys, path, "--out", tmp_path / "d")
-    assert "time: the file says no unit of time; taken as s: 100 Hz" in shown
+    assert "time: the file states no unit of time; taken as s: 100 Hz" in shown
     assert "unknown unit of roll rate (roll rate), steer torque (steer torque)" in shown
     assert "2 places to fill in" in shown
     draft = (tmp_path / "d" / "a.channels.toml").read_text(encoding="utf-8")

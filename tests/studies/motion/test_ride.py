@@ -189,5 +189,5 @@ def test_unknown_riders_and_two_riders_are_refused(tmp_path):
     refuses("unknown rider control 'davis_i'; did you mean 'davis_j'.* or give a file", read_rider_control, "davis_i")
     refuses("no such rider control", read_rider_control, tmp_path / "none.toml")
     riding = Model(DAVIS.bicycle, effect_class("rider_control")(roll=30.0))
-    with pytest.raises(InputError, match=r"the model has a rider already, \[effects.rider_control\]; take it out"):
+    with pytest.raises(InputError, match=r"the model has a rider already, \[effects.rider_control\]; remove it"):
         rides(SCHWAB, {"": riding})[0].growth(3.0)

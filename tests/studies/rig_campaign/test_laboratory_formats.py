@@ -115,7 +115,7 @@ def test_unknown_headers_are_shown_with_a_draft_that_can_be_pasted(campaign, tmp
         assert str(path) in message
         assert "the columns are t [ms]," in message
         draft = "[channels]" + message.partition("[channels]")[2]
-        assert 'lateral_force = {column = "Fy"}  # the file says lbf' in draft
+        assert 'lateral_force = {column = "Fy"}  # the file states lbf' in draft
         pull = "Platte" in path.read_text()
         draft = draft.replace('column = "SR angle"', 'column = "SR angle", sign = -1')
         draft = draft.replace('column = "Mz"', 'column = "Mz", sign = -1')

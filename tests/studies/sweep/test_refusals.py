@@ -97,7 +97,7 @@ def test_refused_files(change, words):
     ({"grid": GRID | {"IBxz": [0.0, 6.0]}, "sampled": {"mB": {"sd": 1.0}}, "samples": 2},
      r"sweep at IBxz = 6.0, the mean of what is sampled: .* the rear frame has a negative principal inertia"),
     ({"model": MEASURED, "grid": GRID | {"load_N": [400.0, 1e6]}, "sampled": {"c": {"sd": 0.001}}, "samples": 2},
-     r"sweep at load_N = 1000000.0, the mean of what is sampled: the tyre's table says nothing .*extrapolation"),
+     r"sweep at load_N = 1000000.0, the mean of what is sampled: the tyre's table does not cover .*extrapolation"),
     ({"model": MEASURED, "grid": GRID | {"pressure_bar": [400.0]}},
      "pressure_bar = 400 must be a number above 0 and up to 20 bar"),
     ({"model": {"bicycle": "benchmark", "effects": {"side_slip": {"cornering_stiffness": 6000.0}}},

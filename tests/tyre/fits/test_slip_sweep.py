@@ -164,7 +164,7 @@ def test_spikes_and_dropouts_hardly_matter():
     assert clean.rate == pytest.approx(np.deg2rad(1.0), rel=0.01)
     spiky = fit_slip_sweep(sweep(Noise(), Dropouts(share=2e-3, spike=200.0), seed=4))
     assert spiky.cornering_stiffness.value == pytest.approx(clean.cornering_stiffness.value, abs=2 * clean.fit_sd)
-    assert any("samples without lateral force left out" in note for note in spiky.notes)
+    assert any("samples without lateral force rejected" in note for note in spiky.notes)
 
 
 def test_varying_speed_is_followed_by_distance():

@@ -138,7 +138,7 @@ SPIN = {"channel": "x", "unit": "N", "after_s": 1}
     (window(trigger=SPIN | {"above": 1, "below": 1}), "a trigger needs one level"),
     (window(trigger={"unit": "N", "above": 1, "after_s": 1}), "channel is missing; name the channel"),
     (window(trigger={"channel": "x", "above": 1, "after_s": 1}), "unit is missing; give the unit of the level"),
-    (window(trigger={"channel": "x", "above": 1, "unit": "N"}), "after_s is missing; say how long"),
+    (window(trigger={"channel": "x", "above": 1, "unit": "N"}), "after_s is missing; state how long"),
 ])  # fmt: skip
 def test_maps_that_are_refused(content, words, tmp_path):
     with pytest.raises(InputError, match=words) as told:
@@ -174,10 +174,10 @@ def test_a_draft_is_guessed_from_names_and_units():
                   "lateral_acceleration": "acceleration"}  # fmt: skip
     assert draft_map(columns, quantities).splitlines() == [
         "[channels]",
-        'time = {column = "Zeit"}  # the file says ms',
+        'time = {column = "Zeit"}  # the file states ms',
         'roll_rate = {column = "GyroX_deg_s", unit = "deg_s"}',
-        'steer = {column = "Lenkwinkel"}  # the file says °',
-        'lateral_acceleration = {column = "ACC_Y"}  # the file says g',
+        'steer = {column = "Lenkwinkel"}  # the file states °',
+        'lateral_acceleration = {column = "ACC_Y"}  # the file states g',
         '# yaw_rate = {column = "?", unit = "rad/s"}',
     ]
     assert "time" not in draft_map(columns, quantities, clock=False)

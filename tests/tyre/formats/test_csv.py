@@ -103,7 +103,7 @@ def test_unmapped_columns_may_hold_anything(file):
 def test_the_last_line_without_an_end_is_left_out_and_said(file):
     found = read(file("t,f\n0,100\n1,200\n2,30"))
     np.testing.assert_array_equal(found["f"].values, [100, 200])
-    assert found.notes == ("line 4, the last one, has no line end and may be cut off: left out",)
+    assert found.notes == ("line 4, the last one, has no line end and may be cut off: rejected",)
 
 
 @pytest.mark.parametrize(("text", "words"), [

@@ -442,7 +442,7 @@ def many_rows_of_a_spreadsheet(path):
 @pytest.mark.parametrize(("name", "write", "words"), [
     ("a.h5", many_samples_of_hdf5, "1 channels of up to 300,000,000 samples are 300,000,000 numbers, at most"),
     ("a.h5", one_chunk_of_hdf5, "1 channels of up to 200,000,000 samples are 200,000,000 numbers, at most"),
-    ("a.mat", many_fields_of_matlab, "holds 10,001 channels, at most 10,000 are read; take out what is not measured"),
+    ("a.mat", many_fields_of_matlab, "holds 10,001 channels, at most 10,000 are read; remove what is not measured"),
     ("a.mat", many_variables_of_matlab, "10001 channels of up to 2 samples are 20,002 numbers, at most"),
     ("a.parquet", many_samples_of_parquet, "1 channels of up to 125,000,000 samples are 125,000,000 numbers"),
     ("a.xlsx", many_rows_of_a_spreadsheet, "holds 312 MB once unpacked, at most 250 MB are read of a spreadsheet"),

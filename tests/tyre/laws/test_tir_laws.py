@@ -174,7 +174,7 @@ SMALL = {"PROPERTY_FILE_FORMAT": "PAC2002", "UNLOADED_RADIUS": 0.3, "FNOMIN": 50
 def test_files_that_others_write():
     """Wrapped comments, no pressure, zeros that were not fitted; 14 * 500 sin(2 atan 1/2) = 5600 N/rad at 500 N."""
     said = tyre(SMALL, text="! : COMMENT : Infl. pressure (Pa) 190000\n")
-    assert "the file states no pressure; a comment says 'Infl. pressure (Pa) 190000'" in said.notes
+    assert "the file states no pressure; a comment states 'Infl. pressure (Pa) 190000'" in said.notes
     assert "the file states no pressure" in tyre(SMALL).notes
     wrapped = tyre(SMALL, text=WRAPPED)
     assert wrapped.at(load=500.0, pressure=5e5).cornering_stiffness == pytest.approx(5600.0, rel=1e-12)

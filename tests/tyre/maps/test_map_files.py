@@ -257,7 +257,7 @@ def test_a_negative_camber_stiffness_of_a_table_is_told(tmp_path):
 
 
 def test_columns_that_choose_rows_are_refused_where_they_leave_none(tmp_path):
-    refuses(r"mine\.csv: no column says which rows are of the tyre 'A'; name it tyre", read_tyre,
+    refuses(r"mine\.csv: no column states which rows are of the tyre 'A'; name it tyre", read_tyre,
             f"{put_plain(tmp_path, OWN)}#A")  # fmt: skip
     text = "load_N,pressure_bar,C [N/deg],K [N/mm],{}\n340,3.5,90,45,{}\n490,3.5,110,45,{}\n"
     for name, first, second, words in (

@@ -69,16 +69,16 @@ def test_units_signs_scales_and_offsets():
 
 
 @pytest.mark.parametrize(("entry", "words"), [
-    ({"column": "a"}, r"force \(column a\): the file says no unit; add unit"),
-    ({"column": "F", "unit": "N"}, "the file says 'kN', the channel map 'N'; take the unit out"),
-    ({"column": "v", "unit": "N"}, "the file says 'V', the channel map 'N'"),
+    ({"column": "a"}, r"force \(column a\): the file states no unit; add unit"),
+    ({"column": "F", "unit": "N"}, "the file states 'kN', the channel map 'N'; take the unit out"),
+    ({"column": "v", "unit": "N"}, "the file states 'V', the channel map 'N'"),
     ({"column": "F", "unit": "deg"}, "unit 'deg' is not a unit of force"),
     ({"column": "v"}, "unit 'V' is not a unit of force"),
-    ({"column": "F", "unit": "N", "instead_of": "lbf"}, "instead_of = 'lbf', but the file says 'kN'"),
+    ({"column": "F", "unit": "N", "instead_of": "lbf"}, "instead_of = 'lbf', but the file states 'kN'"),
     ({"column": "G"}, "no column 'G' that holds numbers; there are t, F, a, v, e, i, w, z, u"),
     ({"column": "e"}, "has no valid sample"), ({"column": "i"}, "is infinite in sample 4"),
-    ({"column": "w"}, r"reaches 1e\+40 in SI units, which nothing measures"),
-    ({"column": "u"}, r"reaches 1e\+40 in SI units, which nothing measures"),
+    ({"column": "w"}, r"reaches 1e\+40 in SI units, beyond any sensor"),
+    ({"column": "u"}, r"reaches 1e\+40 in SI units, beyond any sensor"),
     ({"column": "z"}, r"different numbers of samples \(force 0, time 200\)|holds no samples"),
 ])  # fmt: skip
 def test_channels_that_are_refused(entry, words):
@@ -147,8 +147,8 @@ def test_a_time_of_the_calendar_is_counted_from_the_first_sample():
 
 
 @pytest.mark.parametrize(("columns", "time", "words"), [
-    ({"t": (TIME, "")}, {"column": "t"}, "the file says no unit of time; add unit"),
-    ({"t": (TIME, "ms")}, {"column": "t", "unit": "s"}, "the file says 'ms', the channel map 's'"),
+    ({"t": (TIME, "")}, {"column": "t"}, "the file states no unit of time; add unit"),
+    ({"t": (TIME, "ms")}, {"column": "t", "unit": "s"}, "the file states 'ms', the channel map 's'"),
     ({"t": (TIME, "datetime")}, {"column": "t", "unit": "s"}, "the column holds dates"),
     ({"t": (TIME, "s")}, {"column": "t", "unit": "datetime"}, "the column holds no dates"),
     ({"t": (TIME, "")}, {"index": "t", "rate_hz": 10}, "t does not count samples: it must hold whole numbers"),
@@ -308,7 +308,7 @@ def test_events_by_a_trigger(begin):
     found = records(given, made, QUANTITIES)
     assert [record.event for record in found] == ["kick.1", "kick.2"]
     np.testing.assert_allclose(found[0].values["angle"], TIME[45:61])
-    assert "2 events of window 'kick' are cut off by an end of the recording: left out" in found[0].notes
+    assert "2 events of window 'kick' are cut off by an end of the recording: rejected" in found[0].notes
     made = a_map(channels={"time": "t", "force": {"column": "F", "sign": -1}}, windows=trigger(below=-2.0))
     assert len(records(given, made, QUANTITIES)) == 3
 

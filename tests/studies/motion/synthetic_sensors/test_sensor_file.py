@@ -47,7 +47,7 @@ def test_the_file_is_read(file):
     ("rate_hz = 100\n[channels.steer_rad]\noffset = 'a'", "offset = 'a' must be a finite number"),
     (
         "rate_hz = 100\n[channels.steer_rad]\ncorrelation = 0.1\nbandwidth_hz = 3",
-        "correlation and bandwidth_hz say the same; keep one",
+        "correlation and bandwidth_hz give the same; keep one",
     ),
 ])  # fmt: skip
 def test_refused_files(content, words, file):
@@ -82,7 +82,7 @@ def test_the_motion_on_saturating_tyres_is_recorded(file, tmp_path, capsys):
     for more in (["--nonlinear"], []):
         kept = options if more else options[2:]
         main(list(map(str, ["simulate", model, *RIDE, *kept, *more, "--out", tmp_path / "o"])))
-        assert "lateral_push pushes the bicycle and is not recorded" in capsys.readouterr().err
+        assert "the input lateral_push is not recorded" in capsys.readouterr().err
         runs.append(read_run(tmp_path / "o" / "recording.csv", 5.0).channels["roll_rate_rad_s"])
     both = min(map(len, runs))  # one may fall before the other
     assert abs(runs[0][:both] - runs[1][:both]).max() > 0.01
