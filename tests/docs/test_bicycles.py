@@ -4,13 +4,20 @@ import math
 import re
 
 import pytest
-from pages import page, write_files
+from pages import page, run_page, without_files, write_files
 
 from bicycle import load_bicycle
 from bicycle.files import read_bicycles
 from tyre.ground import measured_number
 
 PAGE = page("bicycles")
+
+
+def test_the_page_runs_and_shows_what_is_seen(tmp_path, monkeypatch):
+    pytest.importorskip("yeadon")
+    monkeypatch.chdir(tmp_path)
+    (shown,) = run_page(without_files(PAGE))
+    assert "kitchen scale" in shown
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from pages import missing_options, page, write_files
+from pages import missing_options, page, run_page, without_files, write_files
 
 pytest.importorskip("zarr")
 pytest.importorskip("xarray")
@@ -46,6 +46,12 @@ def test_the_examples_run(folder, monkeypatch, capsys):
     drawn = np.cov(found.parameters.sel(parameter=["xB", "zB"]).values.T)
     np.testing.assert_allclose(np.sqrt(np.diag(drawn)), [0.02, 0.03], rtol=0.3)
     assert kept.shape == (60,)
+
+
+def test_the_uncertainty_of_the_page_is_shown(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    (shown,) = run_page(without_files(PYTHON.sub("", PAGE)))
+    assert "assumed standard uncertainties" in shown
 
 
 def test_every_output_variable_and_option_stands_on_the_page(folder):
