@@ -1,4 +1,4 @@
-"""Figures of the main study: growth and unstable speeds of wobble, what moves them, damping, critical speeds."""
+"""Figures of the main study: growth rate and unstable speeds of wobble, causes of changes, damping, critical speeds."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -17,7 +17,8 @@ from studies.motion.amplitude import draw_trace, finish_amplitude
 from studies.reporting import plotting
 from studies.reporting.plotting import UNSTABLE, look, mode_look
 
-EDGES = {word: CrossingIdentity(WOBBLE, destabilising=word == "begins") for word in ("begins", "ends")}
+EDGES = {word: CrossingIdentity(WOBBLE, destabilising=word == "onset") for word in ("onset", "end")}
+SPREAD = "± one standard uncertainty of tyre and bicycle"
 SMALL = {"fontsize": 8.5, "va": "center"}
 
 
@@ -33,7 +34,10 @@ def drawings(study: Study, folder: Path) -> list[Callable[[Study], None]]:
 
 def _title(canvas: Any, study: Study, text: str, results: Sequence[Result]) -> None:
     note = "; hatched: tyre values extrapolated" if any(r.case.extrapolated for r in results) else ""
-    canvas.suptitle(f"{plain_name(study.settings.bicycle)}{text}{note}", x=0.01, ha="left", fontsize=10)
+    bicycle = plain_name(study.settings.bicycle)
+    if bicycle.startswith(("a ", "the ")):  # a phrase; the name of a file stays as it is
+        bicycle = bicycle[0].upper() + bicycle[1:]
+    canvas.suptitle(f"{bicycle}{text}{note}", x=0.01, ha="left", fontsize=10)
 
 
 def _hatch_row(axes: Any, height: float, *, extrapolated: bool) -> None:
@@ -42,31 +46,34 @@ def _hatch_row(axes: Any, height: float, *, extrapolated: bool) -> None:
 
 
 def draw_headline(study: Study, target: Path) -> None:
-    """Draw growth of wobble and weave over speed, a colour a pressure, and below the unstable speeds of each world."""
-    with plotting.drawing(target, width=9.0, height=6.6) as canvas:
-        growth, bars = canvas.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2.4, 1)})
+    """Draw growth rate of wobble and weave over speed, a colour per pressure, and below the unstable speeds by case."""
+    with plotting.drawing(target, width=8.0, height=6.6) as canvas:
+        growth, bars = canvas.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2.2, 1)})
         _draw_growth(growth, study)
-        _draw_worlds(bars, study)
+        _draw_cases(bars, study)
         _title(canvas, study, f" on {study.names[0]}", study.results_of(study.settings.reference, study.names[0]))
 
 
 def _draw_growth(axes: Any, study: Study) -> None:
-    """Draw the reference world: one line a pressure, plausible bicycles at the lowest one as a pale band."""
+    """Draw the reference case: one line per pressure, samples at the lowest one as a pale band."""
     reference, lowest, highest = study.settings.reference, -2.0, 1.0
     outer = study.samples_around(study.result(reference, study.subject[0]))
+    bands = []
     if outer and outer.count:
         low, high = np.nanquantile(outer.growth[outer.computed], LIMITS.likely, axis=0)
-        axes.fill_between(
+        likely = LIMITS.likely[1] - LIMITS.likely[0]
+        band = axes.fill_between(
             growth_speeds(study.settings),
             low,
             high,
             color=look(0).colour,
             alpha=0.15,
             linewidth=0,
-            label=f"wobble of nine of ten plausible bicycles, {outer.case.condition}",
+            label=f"wobble of {100 * likely:g} % of the samples, {outer.case.condition}",
         )
+        bands.append(band)
         highest = max(highest, float(np.nanmax(high)))
-    ends: list[tuple[float, str, str]] = []
+    handles: list[Any] = []
     for number, result in enumerate(study.results_of(reference, study.names[0])):
         at, colour = result.modes.speeds[:-1], look(number).colour
         for mode, line in ((WOBBLE, "-"), (WEAVE, (0, (4, 2)))):
@@ -76,34 +83,32 @@ def _draw_growth(axes: Any, study: Study) -> None:
                 axes.plot(at, real, color=colour, linestyle=line)
                 if np.isfinite(real).any():
                     lowest, highest = min(lowest, float(np.nanmin(real))), max(highest, float(np.nanmax(real)))
-                if mode == WOBBLE and np.isfinite(real[-1]):
-                    length = 1e3 * result.case.contact[3]
-                    ends.append((float(real[-1]), f"{result.case.condition}: {length:.0f} mm", colour))
-    axes.plot([], [], color="0.3", label="wobble, beside it pressure and relaxation length")
-    axes.plot([], [], color="0.3", linestyle=(0, (4, 2)), label="weave")
+        handles += axes.plot([], [], color=colour, linewidth=4, label=_name_condition(result))
+    handles += axes.plot([], [], color="0.3", label="wobble")
+    handles += axes.plot([], [], color="0.3", linestyle=(0, (4, 2)), label="weave")
     lowest = max(lowest, LIMITS.slowest)
-    line_height = 0.055 * (1.15 * highest - 1.06 * lowest)  # 1/s that a line of letters takes
-    height = -np.inf
-    for real_part, words, colour in sorted(ends):
-        height = max(height + line_height, real_part)
-        place = (study.settings.fastest, height)
-        axes.annotate(words, place, (4, 0), textcoords="offset points", color=colour, **SMALL)
-    axes.axhspan(0, 2 * highest, color=UNSTABLE, zorder=0)
+    unstable = axes.axhspan(0, 2 * highest, color=UNSTABLE, zorder=0, label="unstable")
     axes.axhline(0, color="0.2", linewidth=0.8)
     axes.set(xlim=(1.0, study.settings.fastest), ylim=(1.06 * lowest, 1.15 * highest))
-    axes.set_ylabel("Growth, 1/s (shaded: unstable)")
-    axes.set_title(world_words(reference), fontsize=9)
-    axes.secondary_xaxis("top", functions=(lambda v: 3.6 * v, lambda v: v / 3.6)).set_xlabel("km/h", fontsize=8)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=3, fontsize=8)
+    axes.set_ylabel("Growth rate, 1/s")
+    axes.set_title(f"Growth rate of wobble and weave, {case_words(reference)}", fontsize=9)
+    axes.secondary_xaxis("top", functions=(lambda v: 3.6 * v, lambda v: v / 3.6)).set_xlabel("Speed, km/h")
+    handles += [*bands, unstable]
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.45, -0.04), ncols=3, fontsize=8)
 
 
-def world_words(setup: Setup) -> str:
-    """Name a world, with "(assumed)" where it rests on a front that nobody measured."""
+def _name_condition(result: Result) -> str:
+    """Name the pressure of a result with the relaxation length of its front tyre."""
+    return f"{result.case.condition}, σ = {1e3 * result.case.contact[3]:.0f} mm"
+
+
+def case_words(setup: Setup) -> str:
+    """Name a case, with "(assumed)" if its front frame is assumed, not measured."""
     return setup.label + (" (assumed)" if setup.assumed else "")
 
 
-def _draw_worlds(axes: Any, study: Study) -> None:
-    """Draw bars from onset to end of unstable wobble, a row a world, the ends of the pressures one above the other."""
+def _draw_cases(axes: Any, study: Study) -> None:
+    """Draw bars from onset to end of unstable wobble, a row per case, with the lowest and the highest pressure."""
     limit, ends = study.settings.fastest, (study.subject[0], study.subject[-1])
     cases = list(dict.fromkeys(ends))
     for row, setup in enumerate(study.settings.setups):
@@ -122,15 +127,15 @@ def _draw_worlds(axes: Any, study: Study) -> None:
                 words = f"stable, {case.condition}" if result else "not computed"
                 axes.text(1.3, height, words, fontsize=7.5, va="center", color=colour, style="italic")
     setups = study.settings.setups
-    axes.set_yticks(range(len(setups)), [world_words(setup) for setup in setups], fontsize=8)
+    axes.set_yticks(range(len(setups)), [case_words(setup).replace(", ", ",\n") for setup in setups], fontsize=8)
     axes.set(ylim=(len(setups) - 0.5, -0.5), xlabel="Speed, m/s")
-    axes.set_title("Unstable wobble", fontsize=9)
+    axes.set_title("Speeds of unstable wobble, by case", fontsize=9)
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
 
 
 def draw_amplitude(study: Study, target: Path) -> None:
-    """Draw how large wobble gets over speed, a colour a pressure, with a band over plausible peak factors."""
+    """Draw the steer amplitude of wobble over speed, a colour per pressure, with a band over typical peak factors."""
     with plotting.drawing(target, width=7.0, height=4.4) as canvas:
         axes = canvas.add_subplot()
         conditions = [case.condition for case in study.subject]  # not the cases, of which workers give copies
@@ -143,21 +148,19 @@ def draw_amplitude(study: Study, target: Path) -> None:
             axes.plot([], [], color=colour, linewidth=4, label=condition)
         finish_amplitude(axes)
         axes.set(xlim=(0, study.settings.fastest), xlabel="Speed, m/s")
-        axes.set_title(world_words(study.settings.reference), fontsize=9)
-        _title(
-            canvas, study, f" on {study.names[0]}: wobble", study.results_of(study.settings.reference, study.names[0])
-        )
+        axes.set_title(f"Steer amplitude of wobble, {case_words(study.settings.reference)}", fontsize=9)
+        _title(canvas, study, f" on {study.names[0]}", study.results_of(study.settings.reference, study.names[0]))
 
 
 def draw_causes(study: Study, target: Path) -> None:
-    """Draw how lower pressure moves the edges of unstable wobble in the reference world, and by what."""
+    """Draw how lower pressure changes onset and end of unstable wobble in the reference case, and by what."""
     with plotting.drawing(target, width=7.0, height=1.9 + 0.9 * len(study.names)) as canvas:
         _draw_parts(canvas.add_subplot(), study, study.settings.reference)
-        _title(canvas, study, f": {world_words(study.settings.reference)}", study.results_of(study.settings.reference))
+        _title(canvas, study, f", {case_words(study.settings.reference)}", study.results_of(study.settings.reference))
 
 
 def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
-    """Draw stacked bars: change of each edge of the band at the lower pressure, by what causes it."""
+    """Draw stacked bars: change of onset and end at the lower pressure, by cause."""
     height = 0.0
     ticks = {}
     ends = [-0.5, 0.5]  # m/s, of all bars
@@ -189,11 +192,11 @@ def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
     axes.axvline(0, color="0.2", linewidth=1)
     axes.set_yticks(list(ticks), list(ticks.values()))
     low, high = min(ends), max(ends)
-    room = 0.16 * (high - low)
-    axes.set(xlim=(low - room, high + room), ylim=(height - 1.8, -1.2), xlabel="Change of speed, m/s")
+    margin = 0.16 * (high - low)
+    axes.set(xlim=(low - margin, high + margin), ylim=(height - 1.8, -1.2), xlabel="Change of speed, m/s")
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
-    axes.set_title(f"Change of the edges of unstable wobble from {' and '.join(sorted(pressures))}", fontsize=9)
+    axes.set_title(f"Change of onset and end of unstable wobble, {' and '.join(sorted(pressures))}", fontsize=9)
     names = ("relaxation length", "cornering stiffness", "interaction")
     handles = [Patch(label=part, **style) for part, style in zip(names, _part_styles("0.35"), strict=True)]
     legend_height = -0.5 / (axes.figure.get_figheight() - 1.4)  # inches below the axes
@@ -231,7 +234,7 @@ def _part_styles(colour: str) -> list[dict[str, Any]]:
 
 
 def draw_damping(study: Study, target: Path) -> None:
-    """Draw damping ratios of the tyre in question against pressure, a column a world; bands: one standard deviation."""
+    """Draw damping ratios of the tyre in question against pressure, a column per case; bands: standard uncertainty."""
     setups, name = study.settings.setups, study.names[0]
     with plotting.drawing(target, width=11.0, height=5.6) as canvas:
         grid = canvas.subplots(len(COMPARED), len(setups), sharex=True, sharey="row", squeeze=False)
@@ -246,21 +249,21 @@ def draw_damping(study: Study, target: Path) -> None:
                 if low < 0:
                     axes.axhspan(low, min(0.0, high), color=UNSTABLE, zorder=0)
                 axes.set_ylim(low, high)
-            row[0].set_ylabel(f"{mode.capitalize()}: damping ratio")
+            row[0].set_ylabel(f"{mode.capitalize()} damping ratio")
         for axes, setup in zip(grid[0], setups, strict=True):
-            axes.set_title(setup.label.replace(", ", ",\n"), fontsize=8.5)
+            axes.set_title(case_words(setup).replace(", ", ",\n"), fontsize=8.5)
         for axes in grid[-1]:
             axes.set_xlabel("Inflation pressure, bar")
             axes.set_xticks(sorted({case.pressure_bar for case in study.subject if case.pressures_bar}))
         text = (
-            f" on {name} at {study.settings.report_speed:g} m/s; bands: one standard deviation of tyre and bicycle "
-            "(darker: of the tyre data alone); shaded: unstable"
+            f" on {name}: damping ratio at {study.settings.report_speed:g} m/s\n"
+            f"bands: {SPREAD} (darker: of the tyre data alone); shaded: unstable"
         )
         _title(canvas, study, text, study.results_of(study.settings.reference, name))
 
 
 def _draw_ratios(axes: Any, results: list[Result], mode: str) -> None:
-    """Draw damping ratio over pressure (bar), with a band for its sd and one for that of the tyre, if another."""
+    """Draw damping ratio over pressure (bar), with a band for its sd and one for that of the tyre, if it differs."""
     pressures = [r.case.pressure_bar for r in results]
     ratios = [r.damping[mode] for r in results]
     values = np.array([ratio.value for ratio in ratios])
@@ -272,7 +275,7 @@ def _draw_ratios(axes: Any, results: list[Result], mode: str) -> None:
 
 
 def draw_critical_speeds(study: Study, target: Path) -> None:
-    """Draw a panel per world, a row a pressure; filled: becomes unstable, hollow: stable; bars: one sd."""
+    """Draw a panel per case, a row per pressure; filled: becomes unstable, hollow: stable."""
     setups, rows, name = study.settings.setups, study.subject, study.names[0]
     all_results = [r for setup in setups for r in study.results_of(setup, name)]
     crossed = list(dict.fromkeys(c.mode for r in all_results for c in r.crossings))
@@ -284,7 +287,7 @@ def draw_critical_speeds(study: Study, target: Path) -> None:
                 if result:
                     _draw_crossings(axes, result, row, heights)
             axes.grid(visible=False, axis="y")
-            axes.set_title(setup.label, fontsize=9)
+            axes.set_title(case_words(setup), fontsize=9)
             axes.set_xlim(0, study.settings.max_speed)
         grid[0].set_yticks(np.arange(len(rows)), [case.condition for case in rows])
         grid[0].set_ylim(len(rows) - 0.4, -0.6)
@@ -293,11 +296,14 @@ def draw_critical_speeds(study: Study, target: Path) -> None:
         for mode in crossed:
             style = {"linestyle": "none", "color": mode_look(mode).colour, **plotting.mode_marker(mode)}
             (handles[plotting.mode_words(mode)],) = grid[0].plot([], [], **style)
-        for words, face in (("filled: becomes unstable as the speed grows", "0.3"), ("hollow: becomes stable", "none")):
+        for words, face in (
+            ("filled: becomes unstable with increasing speed", "0.3"),
+            ("hollow: becomes stable", "none"),
+        ):
             (handles[words],) = grid[0].plot([], [], "o", color="0.3", markerfacecolor=face)
         ncols = plotting.legend_columns(list(handles), width=8.5)
         canvas.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=ncols)
-        text = f" on {name}: critical speeds\nbars: one sd of tyre and bicycle (thick: of the tyre data alone)"
+        text = f" on {name}: critical speeds\nbars: {SPREAD} (thick: of the tyre data alone)"
         _title(canvas, study, text, study.results_of(study.settings.reference, name))
 
 

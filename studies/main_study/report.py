@@ -346,7 +346,13 @@ def _in_unit(scale: float) -> Callable[..., str]:
     return show
 
 
+def keep_on_one_line(text: str) -> str:
+    """Let no line of a page break within a ``text``, such as a number and its unit."""
+    return text.replace(" ", "\N{NO-BREAK SPACE}")
+
+
 FILTERS = {
+    "nobreak": keep_on_one_line,
     "plain": plain_name,
     "like": like,
     "like_or_below": like_or_below,

@@ -176,7 +176,7 @@ def finish_amplitude(axes: Any) -> None:
     handles = axes.get_legend_handles_labels()[0]
     handles += [Line2D([], [], color="0.3", linestyle=line, label=words[name]) for name, line in LINES.items()]
     if band:
-        handles.append(Patch(color="0.5", alpha=0.25, linewidth=0, label=f"D from {PEAKS[0]:g} to {PEAKS[-1]:g}"))
+        handles.append(Patch(color="0.5", alpha=0.25, linewidth=0, label=f"peak factor {PEAKS[0]:g} to {PEAKS[-1]:g}"))
     if top > limit:
         handles.append(Patch(facecolor="none", hatch="//", edgecolor="0.7", label="outside linear geometry"))
     axes.figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))

@@ -18,27 +18,29 @@ def test_the_headline_shows_growth_with_relaxation_lengths_and_the_unstable_spee
     reference = racing.settings.reference
     main_study.draw_headline(racing, tmp_path / "f")
     growth, bars = canvases[0].axes[:2]
-    assert canvases[0].get_suptitle() == "a Pista track bicycle with a rider in the drops on Tyre1 flat"
-    assert growth.get_title(loc="left") + growth.get_title() == "hands off, flexible front frame (assumed)"
+    assert canvases[0].get_suptitle() == "A Pista track bicycle with a rider in the drops on Tyre1 flat"
+    assert growth.get_title(loc="left") + growth.get_title() == (
+        "Growth rate of wobble and weave, hands off, flexible front frame (assumed)"
+    )
     results = racing.results_of(reference, "Tyre1 flat")
     drawn = [line for line in growth.lines if line.get_linestyle() == "-" and len(line.get_xdata()) > 2]
     for line, result in zip(drawn, results, strict=True):
         branch = result.modes.branch("wobble")[:-1, 0]
         np.testing.assert_array_equal(line.get_ydata()[1:], branch.real[1:])
-    assert set(texts(growth).splitlines()) == {
-        f"{result.case.condition}: {1e3 * result.case.contact[3]:.0f} mm" for result in results
-    }
+    named = {text.get_text() for text in growth.get_legend().texts}
+    assert named >= {f"{r.case.condition}, σ = {1e3 * r.case.contact[3]:.0f} mm" for r in results}
+    assert named >= {"wobble", "weave", "unstable", "wobble of 90 % of the samples, 3.5 bar"}
     found = [(p.get_x(), p.get_x() + p.get_width()) for p in bars.patches if p.get_width() < 30]
     spans = [results[k].span(30.0) for k in (0, -1)]
     np.testing.assert_allclose(found, [(span.low, min(span.high, 30.0)) for span in spans])
-    assert texts(bars).splitlines() == ["stable"] * 3  # the other worlds
+    assert texts(bars).splitlines() == ["stable"] * 3  # the other cases
 
 
 def test_the_causes_of_a_change_are_those_of_the_decomposition(racing, canvases, tmp_path):
     main_study.draw_causes(racing, tmp_path / "f")
     (axes,) = canvases[0].axes
     assert axes.get_xlabel() == "Change of speed, m/s"
-    assert "from 7.5 bar to 3.5 bar" in axes.get_title(loc="left") + axes.get_title()
+    assert "wobble, 7.5 bar to 3.5 bar" in axes.get_title(loc="left") + axes.get_title()
     change = racing.decomposition(racing.settings.reference, "Tyre1 flat").change(EDGE)
     assert f"{change.total:+.1f}" in texts(axes).splitlines()
 
@@ -57,9 +59,11 @@ def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canva
     hollow = legend.legend_handles[words.index("hollow: becomes stable")]
     assert hollow.get_markerfacecolor() == "none"
     panels = {axes.get_title(): axes for axes in canvases[0].axes}
-    assert list(panels) == [setup.label for setup in racing.settings.setups]
+    assert list(panels) == [s.label + " (assumed)" * s.assumed for s in racing.settings.setups]
     heights = {}
-    for line in panels["hands off, flexible front frame"].lines:  # weave, capsize and both ends of unstable wobble
+    for line in panels[
+        "hands off, flexible front frame (assumed)"
+    ].lines:  # weave, capsize and both ends of unstable wobble
         if len(line.get_xdata()) == 1 and line.get_marker() not in ("", "None", "|"):
             heights.setdefault(line.get_color(), set()).add(round(float(line.get_ydata()[0]) % 1, 3))
     assert len(heights) == 3
@@ -69,7 +73,7 @@ def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canva
 def test_damping_against_pressure_is_that_of_the_results(racing, canvases, tmp_path):
     main_study.draw_damping(racing, tmp_path / "f")
     wobble = canvases[0].axes[0]
-    assert wobble.get_ylabel() == "Wobble: damping ratio"
+    assert wobble.get_ylabel() == "Wobble damping ratio"
     results = racing.results_of(racing.settings.reference, "Tyre1 flat")
     expected = [[r.case.pressure_bar, r.damping["wobble"].value] for r in results]
     np.testing.assert_allclose(wobble.lines[0].get_xydata(), expected)
@@ -90,7 +94,7 @@ def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):
     main_study.draw_causes(study, tmp_path / "f")
     main_study.draw_damping(study, tmp_path / "f")
     main_study.draw_critical_speeds(study, tmp_path / "f")
-    assert "as given: 120 mm" in texts(canvases[0].axes[0])
+    assert "as given, σ = 120 mm" in [text.get_text() for text in canvases[0].axes[0].get_legend().texts]
 
 
 def test_the_amplitudes_are_those_of_both_ends_of_pressure(racing, canvases, tmp_path):
@@ -101,4 +105,8 @@ def test_the_amplitudes_are_those_of_both_ends_of_pressure(racing, canvases, tmp
         top = max(path.vertices[:, 1].max() for path in band.get_paths())
         assert top == pytest.approx(max(trace.amplitude.max() for trace in one.traces) / 0.8, rel=1e-9)  # D = 1
     assert [text.get_text() for text in canvases[0].legends[0].texts][:2] == ["3.5 bar", "7.5 bar"]
-    assert axes.get_title(loc="left") + axes.get_title() == "hands off, flexible front frame (assumed)"
+    assert (
+        axes.get_title(loc="left") + axes.get_title()
+        == "Steer amplitude of wobble, hands off, flexible front frame (assumed)"
+    )
+    assert axes.get_ylabel() == "Steer amplitude, °"
