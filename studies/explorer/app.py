@@ -57,7 +57,8 @@ def main_figures(question: Any, theme: Any) -> dict[str, Any]:
         "address": state.address,
         "name": f"{bicycle_name(state)}, {', '.join(e.identifier.replace('_', ' ') for e in model.model.effects)}",
         "modes": [{"value": name, "words": mode_words(name)} for name in model.named.names],
-        "critical": [figures.critical_words(c) for c in model.critical] or [f"none up to {state.fast:g} m/s"],
+        "critical": [figures.critical_words(c) for c in model.critical]
+        or [f"no critical speed up to {state.fast:g} m/s"],
         "sides": side_views(state, model, pinned),
         "notes": [" ".join(str(note).split()) for note in (*model.notes, *model.named.events, *kept_here(state))],
     }
@@ -120,7 +121,7 @@ FILES: dict[Any, tuple[str, Callable[[Shown, figures.Palette], str]]] = {
 
 @cache
 def program() -> str:
-    """Program of the page, which stands in it: it asks for the figures before anything else is read."""
+    """Program of the page, inlined in it: it asks for the figures before anything else is read."""
     return "".join(
         exports.read_packaged(f"assets/{name}.js") for name in ("appearance", "common", "server", "explorer")
     )
@@ -186,7 +187,7 @@ def _answer(app: Dash, name: str, question: str, answer: Callable[[Shown, figure
         text, theme = _read_question(asked)
         try:
             state = parse_state(text)
-        except InputError as error:  # else the message already stands on the page
+        except InputError as error:  # else the page already shows the message
             return {"message": str(error)} if name == "chart" else no_update
         return _or_message(lambda: answer(state, _palette(theme)))
 
@@ -206,7 +207,7 @@ def _form_and_files(app: Dash) -> None:
     def form(asked: Any) -> Any:
         try:
             return {"html": controls_html(parse_state(_read_question(asked)[0]))}
-        except InputError:  # also of a rider or another name that is not known: the message stands beside the figures
+        except InputError:  # also of a rider or another name that is not known: the page shows the message
             return {"html": controls_html(Shown())}
 
     @app.callback(
@@ -229,7 +230,7 @@ def _form_and_files(app: Dash) -> None:
             try:
                 contents = [base64.b64decode(text.partition(",")[2], validate=True) for text in texts]
             except binascii.Error as error:
-                raise InputError(f"{names[0][:80]}: the browser did not send it whole; drop it again") from error
+                raise InputError(f"{names[0][:80]}: the browser sent it incompletely; drop it again") from error
             state, remarks = with_files(start, list(zip(names, contents, strict=True)))
             return {"address": state.address, "remarks": list(remarks), "name": ", ".join(name[:80] for name in names)}
 

@@ -23,7 +23,7 @@ from tyre.ground.errors import InputError
 
 
 def axis_options(state: State) -> list[dict[str, Any]]:
-    """List what can stand along an axis of the chart of a state: key, words with the unit, usual range."""
+    """List the possible axes of the chart of a state: key, words with the unit, usual range."""
     model = model_of(state)
     options = [{"key": SPEED, "words": "speed, m/s", "low": f"{state.slow:g}", "high": f"{state.fast:g}"}]
     tyres = any("tyre" in table for table in state.content.get("effects", {}).values())
@@ -48,10 +48,10 @@ def chart_axes(state: State) -> list[dict[str, Any]]:
     """Describe both axes of the chart: ``name``, ``words``, ``options``, ``chosen``, ``low``, ``high``, ``log``."""
     try:
         options = axis_options(state)
-    except InputError:  # the message stands beside the figures
+    except InputError:  # the page shows the message
         return []
     axes: list[dict[str, Any]] = []
-    for name, words, usual, axis_text in (("x", "Across", 0, state.x), ("y", "Upwards", 1, state.y)):
+    for name, words, usual, axis_text in (("x", "Horizontal axis", 0, state.x), ("y", "Vertical axis", 1, state.y)):
         key, equals, ends = axis_text.partition("=")
         chosen = next((option for option in options if option["key"] == key), options[usual])
         range_text = ends if equals and chosen["key"] == key else ""
@@ -123,7 +123,7 @@ def _round_or_none(coordinates: Iterable[float | None]) -> list[float | None]:
 def note_hidden_bands(chart: StabilityChart) -> list[str]:
     """Note the bands that are narrower than a line."""
     return [
-        f"boundary {number}: its band is narrower than its line; the table has its standard deviations"
+        f"boundary {number}: its band is narrower than its line; the table gives the standard uncertainties"
         for number, boundary in enumerate(chart.boundaries, 1)
         if chart.uncertain and _largest_half_width(boundary) < HAIR
     ]
@@ -150,7 +150,7 @@ _one_at_a_time = Lock()
 def chart_of(state: State) -> StabilityChart:
     """Compute the chart of a state over its axes ``x`` and ``y``, or take it from those computed last."""
     if not state.x or not state.y:
-        raise InputError("stability chart: choose what stands along both axes")
+        raise InputError("stability chart: choose both axes")
     at = None if SPEED in (split_range(state.x)[0], split_range(state.y)[0]) else state.at
     key = State(state.model, state.name, state.rider, state.posture, x=state.x, y=state.y).address
     with _one_at_a_time:
@@ -173,7 +173,7 @@ def chart_figure(chart: StabilityChart, palette: Palette) -> Figure:
                     "showlegend": words not in named,
                     "x": points[:, 0].tolist(),
                     "y": points[:, 1].tolist(),
-                    "customdata": [[hz, "oscillates" if hz else "does not oscillate"] for hz in hertz.tolist()],
+                    "customdata": [[hz, "oscillatory" if hz else "not oscillatory"] for hz in hertz.tolist()],
                     "line": series(name or "other", palette)["line"] | {"width": 2.4 if limit else 1.0},
                     "hovertemplate": (
                         f"<b>{escape(words)}</b>, boundary {number}<br>"
@@ -208,11 +208,11 @@ def chart_table(chart: StabilityChart) -> dict[str, Any]:
 
 def chart_notes(chart: StabilityChart) -> list[str]:
     """Note how to read a chart, how it was checked, and what is doubtful."""
-    notes = ["shaded: something is unstable"]
+    notes = ["shaded: at least one mode is unstable"]
     if any((boundary.roots_on_stable_side != 0).any() for boundary in chart.boundaries):
-        notes.append("thin lines: unstable on both sides")
+        notes.append("thin lines: another mode is unstable on both sides")
     if _outside(chart).any():
-        notes.append("hatched: the tyre is extrapolated")
+        notes.append("hatched: tyre values are extrapolated")
     return [
         *notes,
         *(line.partition("; --sd")[0] for line in describe_check(chart)),

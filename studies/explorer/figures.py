@@ -34,7 +34,7 @@ HEIGHTS = {  # height of each figure, pixels
 
 TITLE_LETTERS, SUBTITLE_LETTERS = 46, 56  # of a line: what a telephone (390 px) shows without cutting it
 
-FAILED = "this could not be computed; the terminal of velotyre explore says why"
+FAILED = "not computed: the terminal of velotyre explore shows the cause"
 Figure = dict[str, Any]
 
 
@@ -111,14 +111,14 @@ def figure(name: str, data: list[Any], palette: Palette, *, title: str, below: s
 
 ONCE, FIXED = {"automargin": False, "ticklabeloverflow": "allow"}, {"l": 76, "r": 20, "b": 48}
 """Axes whose numbers are short: a margin that the browser fits to them makes it draw every axis twice,
-and numbers that it looks for beyond the figure make it lay the page out anew for each."""
+and numbers that it looks for beyond the figure make it lay out the page again for each."""
 CLEAR = ONCE | {"automargin": "height"}  # of an axis with a legend below it, whose rows depend on the width of the page
 
 
 def halving(growth: float) -> str:
     """Write the time (s) in which a motion halves or doubles by its ``growth``, 1/s."""
     if growth == 0 or math.isnan(growth):
-        return "neither grows nor decays"
+        return "constant amplitude"
     return f"{'doubles' if growth > 0 else 'halves'} in {math.log(2) / abs(growth):.3g} s"
 
 
@@ -243,7 +243,7 @@ def critical_strip(model: Computed, palette: Palette) -> Figure:
         for c in critical
     ]
     rows = [[c.speed, c.mode, c.kind, c.frequency_hz, c.direction] for c in model.critical]
-    none = "no critical speed within the range" if not critical else "filled: unstable above; open: stable above"
+    none = "no critical speed in this range" if not critical else "filled: unstable above; open: stable above"
     return figure(
         "critical",
         data or [{"type": "scatter", "mode": "markers", "x": [], "y": [], "showlegend": False}],
@@ -261,7 +261,7 @@ CRITICAL = "{speed:.4f} m/s: {mode} becomes {change} ({how})"
 
 def critical_words(critical: CriticalSpeed) -> str:
     """Describe a critical speed in one line."""
-    how = f"oscillation at {critical.frequency_hz:.3g} Hz" if critical.oscillatory else "without oscillation"
+    how = f"{critical.frequency_hz:.3g} Hz" if critical.oscillatory else "not oscillatory"
     change = "unstable" if critical.destabilising else "stable"
     return CRITICAL.format(speed=critical.speed, mode=mode_words(critical.mode), change=change, how=how)
 
@@ -318,7 +318,7 @@ def _hover(words: str, speed: float, root: complex, hertz: float, ratio: float) 
     """Describe one root (1/s) at a ``speed`` (m/s) with its frequency (Hz) and damping ratio, NaN if it has none."""
     if np.isnan(root):
         return ""
-    how = f"{hertz:.4g} Hz" if not math.isnan(hertz) else "no oscillation"
+    how = f"{hertz:.4g} Hz" if not math.isnan(hertz) else "not oscillatory"
     damping = f", damping ratio {ratio:.4g}" if not math.isnan(ratio) else ""
     return f"<b>{escape(words)}</b> at {speed:.3g} m/s<br>{how}{damping}<br>{halving(root.real)}"
 
@@ -405,14 +405,22 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
             "hoverinfo": "skip",
         }
     )
-    columns = ["mode", "real part 1/s", "imaginary part rad/s", "frequency Hz", "damping ratio", "sd of it", "time"]
+    columns = [
+        "mode",
+        "real part 1/s",
+        "imaginary part rad/s",
+        "frequency Hz",
+        "damping ratio",
+        "standard uncertainty",
+        "time",
+    ]
     stated = "error bars: one standard uncertainty (stated ones only)"
     subtitle = stated if at.uncertain else "no error bars: no uncertainty is stated"
     return figure(
         "damping",
         data,
         palette,
-        title=f"Damping of the oscillations at {speed:.4g} m/s",
+        title=f"Damping of the oscillatory modes at {speed:.4g} m/s",
         below=subtitle,
         yaxis={
             "title": {"text": "Damping ratio (below 0: grows)"},
@@ -444,7 +452,7 @@ def sensitivity_figure(ranking: Ranking, palette: Palette) -> Figure:
         [c.parameter, c.value, c.unit, c.sd, c.origin, c.growth, c.frequency if ranking.eigenvalue.imag else None]
         for c in ranking.changes
     ]
-    columns = ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz"]
+    columns = ["parameter", "value", "unit", "standard uncertainty", "its origin", "growth 1/s", "frequency Hz"]
     words = escape(mode_words(ranking.mode))
     names = [_shorten(c.parameter) for c in top]
     bars = {
@@ -455,7 +463,7 @@ def sensitivity_figure(ranking: Ranking, palette: Palette) -> Figure:
         "y": [_in_two_lines(name) for name in names],
         "customdata": names,
         "marker": {"color": colour, "pattern": {"shape": ["/" if c.growth > 0 else "" for c in top]}},
-        "text": [f"sd {c.sd:.2g} {c.unit if c.unit != '1' else ''} ({c.origin})" for c in top],
+        "text": [f"+{c.sd:.2g} {c.unit if c.unit != '1' else ''} ({c.origin})" for c in top],
         "hovertemplate": "%{customdata}: %{x:.3g} 1/s for %{text}<extra></extra>",
         "textposition": "none",
     }

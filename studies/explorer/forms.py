@@ -147,7 +147,7 @@ def controls(state: State) -> dict[str, Any]:
     extrapolate = f"effects.{law}.extrapolate"
     free = [effect for effect in effects if effect.slot != CONTACT]
     loaded = (
-        [{"value": "", "words": f"own: {state.name or 'unnamed'}", "chosen": True, "edit": Edit()}] if is_own else []
+        [{"value": "", "words": f"file: {state.name or 'unnamed'}", "chosen": True, "edit": Edit()}] if is_own else []
     )
     return {
         "bicycles": [
@@ -163,7 +163,7 @@ def controls(state: State) -> dict[str, Any]:
             ),
         ],
         "geometry": slider_fields(bicycle) if bicycle else [],
-        "riders": _options("rider", {"": "none put on it", **{name: name for name in available_riders()}}, state.rider),
+        "riders": _options("rider", {"": "none added", **{name: name for name in available_riders()}}, state.rider),
         "postures": _options("posture", {name: name for name in POSTURES}, state.posture),
         "laws": law_options(law, bicycle, measured=measured),
         "law": [] if measured else _fields(registry()[law], model, mounted=False),
@@ -177,7 +177,7 @@ def controls(state: State) -> dict[str, Any]:
 
 
 def _has_prefix(model: Mapping[str, Any], prefix: str) -> bool:
-    """Tell if a key of the address begins so."""
+    """True if a key of the address begins with the prefix."""
     return any(key.startswith(prefix) for key in model)
 
 
@@ -200,7 +200,7 @@ def law_options(chosen: str, bicycle: Bicycle | None, *, measured: bool) -> list
                 }
             )
         start = starts(registry()[name], bicycle)
-        words += ", own numbers" if name in LAWS else " (wheels roll without slip)"
+        words += ", your values" if name in LAWS else " (wheels roll without slip)"
         options.append(
             {"words": words, "chosen": name == chosen and not measured, "edit": Edit(prefixes, start), "value": name}
         )
@@ -230,7 +230,7 @@ def effect_panel(
     hands = effect.acts_through == "steer_torque" and effect.needs_rider
     return _switch(prefix, starts(effect, bicycle), {}, on=on) | {
         "id": effect.identifier,
-        "words": f"hands on the bar ({words})" if hands else words,
+        "words": f"hands on the handlebar ({words})" if hands else words,
         "about": _first(effect.description),
         "needs": ", ".join(effect.requires),
         "source": effect.source,

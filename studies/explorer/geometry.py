@@ -1,4 +1,4 @@
-"""Geometry and masses of a bicycle that the page moves: sliders, what cannot be, and a side view drawn to scale."""
+"""Geometry and masses of a bicycle that the page changes: sliders, impossible values, a side view drawn to scale."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -12,7 +12,7 @@ GEOMETRY = "geometry"  # key of an address: geometry.trail=0.06 moves a number o
 
 
 class Slider(NamedTuple):
-    """A number of the bicycle that can be moved."""
+    """A parameter of the bicycle that a slider changes."""
 
     parameter: str  # Meijaard's key
     words: str  # what the page calls it
@@ -28,18 +28,18 @@ SLIDERS = {
     "rear_wheel_radius": Slider("rR", "radius of the rear wheel", "m", 0.2, 0.4),
     "front_wheel_radius": Slider("rF", "radius of the front wheel", "m", 0.2, 0.4),
     "rear_mass": Slider("mB", "mass of frame and rider", "kg", 3.0, 150.0),
-    "front_mass": Slider("mH", "mass of fork and bar", "kg", 0.5, 12.0),
+    "front_mass": Slider("mH", "mass of fork and handlebar", "kg", 0.5, 12.0),
     "rear_wheel_mass": Slider("mR", "mass of the rear wheel", "kg", 0.5, 6.0),
     "front_wheel_mass": Slider("mF", "mass of the front wheel", "kg", 0.5, 6.0),
     "rear_x": Slider("xB", "centre of frame and rider, forward", "m", 0.1, 0.8),
     "rear_height": Slider("zB", "its height", "m", 0.3, 1.4),
-    "front_x": Slider("xH", "centre of fork and bar, forward", "m", 0.6, 1.2),
+    "front_x": Slider("xH", "centre of fork and handlebar, forward", "m", 0.6, 1.2),
     "front_height": Slider("zH", "its height", "m", 0.4, 1.2),
 }
 
 
 class Misfit(InputError):
-    """Geometry that cannot be, by the ``key`` of the slider that was moved too far."""
+    """Impossible geometry, by the ``key`` of the slider that was moved too far."""
 
     def __init__(self, key: str, words: str) -> None:
         super().__init__(words)
@@ -55,7 +55,7 @@ def slider_value(key: str, values: Mapping[str, float]) -> float:
 
 
 def move_bicycle(bicycle: Bicycle, geometry: Mapping[str, Any]) -> Bicycle:
-    """Move the numbers of a ``bicycle`` that ``geometry`` names; fork and bar go along with the wheelbase."""
+    """Move the numbers of a ``bicycle`` that ``geometry`` names; fork and handlebar follow the wheelbase."""
     values = dict(bicycle.values)
     for key, value in geometry.items():
         if key not in SLIDERS:
@@ -73,7 +73,7 @@ def move_bicycle(bicycle: Bicycle, geometry: Mapping[str, Any]) -> Bicycle:
 
 
 def _refuse(key: str, p: Mapping[str, float]) -> None:
-    """Refuse parameters ``p`` (SI) of a bicycle that cannot be built or stand, if the slider ``key`` may cause it."""
+    """Refuse parameters ``p`` (SI) of an impossible bicycle, if the slider ``key`` may be the cause."""
     mass = sum(p[name] for name in ("mR", "mB", "mH", "mF"))
     front = (p["mB"] * p["xB"] + p["mH"] * p["xH"] + p["mF"] * p["w"]) / p["w"] / mass  # share of the weight
     offset = p["rF"] * math.sin(p["lam"]) - p["c"] * math.cos(p["lam"])
@@ -84,9 +84,7 @@ def _refuse(key: str, p: Mapping[str, float]) -> None:
         "must be between 45 and 90 deg": key == "head_angle" and not 45 < value < 90,
         f"the wheels overlap by {-1e3 * gap:.0f} mm": gap < 0
         and key in ("wheelbase", "rear_wheel_radius", "front_wheel_radius"),
-        f"the fork would need an offset of {1e3 * offset:.0f} mm; -50 to 150 mm can be built": not -0.05
-        <= offset
-        <= 0.15
+        f"the fork needs an offset of {1e3 * offset:.0f} mm; -50 to 150 mm can be built": not -0.05 <= offset <= 0.15
         and key in ("trail", "head_angle", "front_wheel_radius"),
         f"the front wheel carries {front:.0%} of the weight; the bicycle tips over": not 0 < front < 1,
     }
@@ -117,7 +115,7 @@ def slider_fields(bicycle: Bicycle) -> list[dict[str, Any]]:
 
 
 def keep_hinge_on_axis(effects: Mapping[str, Any], before: Bicycle, after: Bicycle) -> dict[str, Any]:
-    """Move the hinge of a flexible front along, so that its distance from the steer axis stays; return all tables."""
+    """Move the hinge of a flexible front frame, keeping its distance from the steer axis; return all tables."""
     table = effects.get("front_compliance")
     if not isinstance(table, Mapping) or not {"joint_x", "joint_z"} <= set(table):
         return dict(effects)

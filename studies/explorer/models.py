@@ -160,7 +160,7 @@ def model_content(state: State) -> dict[str, Any]:
 def refuse_other_files(content: Mapping[str, Any]) -> None:
     """Refuse a bicycle or tyre that would have to be read from a file."""
     bicycle = content.get("bicycle")
-    drop = "or drop the file of yours on the page"
+    drop = "or drop your file on the page"
     refuse_unknown("bicycle", [bicycle] if isinstance(bicycle, str) else [], available_bicycles(), more=drop)
     for name, table in content.get("effects", {}).items():
         tyre = table.get("tyre") if isinstance(table, Mapping) else None
@@ -195,7 +195,7 @@ def bicycle_name(state: State) -> str:
     bicycle = state.content["bicycle"]
     name = bicycle if isinstance(bicycle, str) else state.name or "own bicycle"
     name = f"{name} with {state.rider}, {state.posture}" if state.rider else name
-    return f"{name}, moved" if state.geometry else name
+    return f"{name}, modified" if state.geometry else name
 
 
 def _rider(state: State, content: Mapping[str, Any]) -> dict[str, Any]:

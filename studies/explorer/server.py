@@ -106,7 +106,7 @@ def _refused_callback(callbacks: Mapping[str, Any]) -> Response | None:
 
 
 def _is_asked(body: Any, callbacks: Mapping[str, Any]) -> bool:
-    """Tell if ``body`` gives values for what one callback takes, and for nothing else."""
+    """True if ``body`` gives values for what one callback takes, and for nothing else."""
     if not isinstance(body, dict) or not isinstance(body.get("output"), str) or body["output"] not in callbacks:
         return False
     declared = callbacks[body["output"]]
@@ -124,7 +124,7 @@ def _is_asked(body: Any, callbacks: Mapping[str, Any]) -> bool:
 
 
 def _is_small(body: Any, *, deepest: int = 6, most: int = 5_000) -> bool:
-    """Tell if the values are few and not deeply nested."""
+    """True if the values are few and not deeply nested."""
     level = [body]
     count = 0
     for _ in range(deepest):

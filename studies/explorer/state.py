@@ -36,7 +36,7 @@ def make_tables(flat: Mapping[str, Value]) -> dict[str, Any]:
         for part in outer:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
-                raise InputError(f"address: {key} is given beside {part} as a whole; keep one")
+                raise InputError(f"address: {key} is given in addition to {part}; keep one")
         if last in place:
             raise InputError(f"address: {key} is given as a value and as a table; keep one")
         place[last] = {} if outer == ["effects"] else json.loads(str(value)) if last == COVARIANCE else value
@@ -113,7 +113,7 @@ def model_value(key: str, value: str) -> Value:
     if parts[0] == "bicycle" and not math.isfinite(_number(value)):
         return value  # such as 0.3 +/- 0.01, which the reader of bicycles checks
     if len(parts) == 1 or len(parts) > 4 or (parts[0] == "effects" and len(parts) == 2):
-        raise InputError(f"address: {key} = {shown(value)} is no key and value of a model file")
+        raise InputError(f"address: {key} = {shown(value)} is not a key and value of a model file")
     return read_number(key, value)
 
 
@@ -197,7 +197,7 @@ VIEW = schema.table(
 def parse_state(address: Any) -> State:
     """Read the state of an address; refuse unknown or repeated keys, and values out of range."""
     if not isinstance(address, str) or len(address) > LONGEST:
-        raise InputError(f"address: must be text of at most {LONGEST} letters; begin again with an empty one")
+        raise InputError(f"address: must be text of at most {LONGEST} letters; start again with an empty one")
     pins: list[str] = []
     model: dict[str, Value] = {}
     view: dict[str, Any] = {}
@@ -205,7 +205,7 @@ def parse_state(address: Any) -> State:
         raw, equals, end = pair.partition("=")
         key, value = unquote(raw), unquote(end)
         if not equals or "\0" in value:
-            raise InputError(f"address: {shown(pair)} is not key=value; correct it or begin with an empty address")
+            raise InputError(f"address: {shown(pair)} is not key=value; correct it or start with an empty address")
         if key == PIN:
             pins.append(value)
             continue

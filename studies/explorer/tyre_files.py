@@ -135,7 +135,7 @@ TYRES = TyreFiles()
 
 
 def is_loaded(name: str) -> bool:
-    """Tell if a ``name`` of an address is one of a file that was loaded on a page, here or elsewhere."""
+    """True if a ``name`` of an address belongs to a file that was loaded on a page, here or elsewhere."""
     return _GIVEN.search(name) is not None
 
 
@@ -152,7 +152,7 @@ def tyre_names(content: Mapping[str, Any]) -> list[str]:
 
 
 def refuse_unloaded(name: str, *, where: str) -> None:
-    """Refuse a tyre by what is lacking, where it is a file."""
+    """Refuse the name of a tyre file that is missing."""
     if is_loaded(name):
         raise InputError(
             f"{where}: the tyre file {shown_name(name)!r} is not loaded here, or has another content; an address does "

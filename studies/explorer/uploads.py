@@ -45,7 +45,7 @@ def with_file(state: State, name: str, data: bytes) -> tuple[State, tuple[str, .
         kinds = f"a bicycle or a model file ({', '.join(ENDINGS)}) or a tyre (also {', '.join(ALWAYS)})"
         raise InputError(f"{file[:80]}: drop {kinds}")
     if len(data) > LARGEST:
-        raise InputError(f"{file}: {len(data)} bytes are more than the {LARGEST} that a bicycle or model may have")
+        raise InputError(f"{file}: {len(data)} bytes exceed the limit of {LARGEST} bytes for a bicycle or model file")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / file
         path.write_bytes(data)
@@ -57,7 +57,7 @@ def with_file(state: State, name: str, data: bytes) -> tuple[State, tuple[str, .
 
 
 def start_state(model: str | None) -> State:
-    """Make the state of MODEL of the command line; by default a rider on a measured tyre, the front flexible."""
+    """Make the state of MODEL of the command line; by default a rider, measured tyres and a flexible front frame."""
     if model is None:
         return parse_state(START)
     content = dict(choose(model).content)
@@ -130,7 +130,9 @@ def with_files(state: State, files: Sequence[tuple[str, bytes]], *, most: int = 
     for name in tyres:
         for file in (name, *(side for side, table in sidecars.items() if table == name)):
             if len(named[file]) > LARGEST:
-                raise InputError(f"{file[:80]}: {len(named[file])} bytes are more than the {LARGEST} of a tyre file")
+                raise InputError(
+                    f"{file[:80]}: {len(named[file])} bytes exceed the limit of {LARGEST} bytes for a tyre file"
+                )
         key = TYRES.keep(name, {file: named[file] for file in named if file == name or sidecars.get(file) == name})
         if not models:
             remarks.append(f"{shown_name(key)}: it can be chosen under Tyres now, for each wheel")
@@ -146,7 +148,7 @@ def _table_of(name: str, named: dict[str, bytes]) -> str:
 
 
 def _is_tyre(name: str, data: bytes) -> bool:
-    """Tell if a file is a tyre; refuse the sidecar of a table that was not dropped with it."""
+    """True if a file is a tyre; refuse the sidecar of a table that was not dropped with it."""
     ending = PurePath(name).suffix.lower()
     if ending in ALWAYS:
         return True
@@ -163,7 +165,7 @@ def _is_tyre(name: str, data: bytes) -> bool:
 
 
 def _is_list(data: bytes) -> bool:
-    """Tell if a text holds coefficients of a tyre, not a bicycle."""
+    """True if a text holds coefficients of a tyre, not a bicycle."""
     lines = [re.split("[#%]", line)[0] for line in data.decode("utf-8-sig", errors="replace").splitlines()]
     keys = {match[1] for line in lines if (match := re.match(r"[\s\-{\"']*([A-Za-z_]\w*)", line))}
     return not keys & set(UNITS) and bool({key.lower() for key in keys} & {*KEYS, SIDE, MOMENT, "a0", "optparametermf"})

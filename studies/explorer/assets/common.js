@@ -83,11 +83,11 @@ window.velotyreShared = (function () {
     const data = motion.data, places = motion.places;
     if (!data) return;
     const factor = SHOWN_PERIOD / data.period;
-    const pace = factor >= 1 ? "slowed " + factor.toPrecision(2) + " times" : "sped up " + (1 / factor).toPrecision(2) + " times";
+    const pace = factor >= 1 ? "slowed by a factor of " + factor.toPrecision(2) : "sped up by a factor of " + (1 / factor).toPrecision(2);
     const what = data.oscillates
-      ? "one period of " + data.period.toPrecision(3) + " s, without growth or decay"
+      ? "one period of " + data.period.toPrecision(3) + " s, growth and decay not shown"
       : "one time constant of " + data.period.toPrecision(3) + " s";
-    places.said.textContent = what + "; " + (motion.playing ? pace : "still: four moments over each other");
+    places.said.textContent = what + "; " + (motion.playing ? pace : "still: four instants superimposed");
     places.button.textContent = motion.playing ? "Pause" : "Play";
     places.button.setAttribute("aria-pressed", String(motion.playing));
     places.views.classList.toggle("still", !motion.playing);

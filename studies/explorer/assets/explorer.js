@@ -114,7 +114,7 @@
     if (!page.chart || at("chart-place").hidden) return;
     const old = modelOf(page.text) !== page.chart;
     at("chart-place").classList.toggle("stale", old);
-    if (!at("chart-busy").textContent.startsWith("comp")) at("chart-busy").textContent = old ? "of an earlier model; draw it again" : "";
+    if (!at("chart-busy").textContent.startsWith("comp")) at("chart-busy").textContent = old ? "of an earlier model; redraw" : "";
   }
 
   function edit(control) {
@@ -150,8 +150,8 @@
   function tooLarge(files) {
     const most = at("message").dataset, one = files.find((file) => file.size > Number(most.largest));
     const all = files.reduce((sum, file) => sum + file.size, 0);
-    if (one) return one.name + ": " + one.size + " bytes are more than the " + most.largest + " of a file here; use the commands in a terminal";
-    if (4 * all > 3 * (Number(most.largestBody) - BESIDE)) return "the files together have " + all + " bytes, too many at once; drop them one by one, the model last";
+    if (one) return one.name + ": " + one.size + " bytes exceed the limit of " + most.largest + " bytes for a file; use the commands in a terminal";
+    if (4 * all > 3 * (Number(most.largestBody) - BESIDE)) return "the files have " + all + " bytes together, too many at once; drop them one by one, the model last";
     return "";
   }
   for (const kind of ["drop", "change"]) {

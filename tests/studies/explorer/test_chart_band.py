@@ -58,7 +58,7 @@ def test_a_band_ends_at_1_96_standard_deviations_on_both_sides(sd):
 def test_what_is_too_narrow_too_wide_or_exact_has_none():
     assert bands(chart(line(0.0005)), LIGHT) == []
     assert note_hidden_bands(chart(line(0.02), line(0.0005))) == [
-        "boundary 2: its band is narrower than its line; the table has its standard deviations"
+        "boundary 2: its band is narrower than its line; the table gives the standard uncertainties"
     ]
     assert bands(chart(line(0.2)), LIGHT) == []  # the doubts of the chart say so
     assert bands(chart(line(0.02), uncertain=False), LIGHT) == []

@@ -44,7 +44,7 @@ def test_the_hinge_of_the_front_keeps_its_distance_from_the_steer_axis():
 
 @pytest.mark.parametrize(("key", "value", "words"), [
     ("wheelbase", 0.6, "the wheels overlap by"), ("rear_wheel_radius", 0.8, "the wheels overlap by"),
-    ("trail", 0.4, "the fork would need an offset of"), ("head_angle", 30, "must be between 45 and 90 deg"),
+    ("trail", 0.4, "the fork needs an offset of"), ("head_angle", 30, "must be between 45 and 90 deg"),
     ("front_mass", 0, "must be above 0"), ("rear_x", 1.5, "of the weight; the bicycle tips over"),
     ("front_height", -0.2, "must be above 0"),
 ])  # fmt: skip
@@ -98,5 +98,5 @@ def test_sliders_move_the_view_and_two_bicycles_stand_side_by_side(opened):
     page.select_option("#c-bicycle", "browser")
     until(page, f"{QUIET} && document.querySelectorAll('#sides svg').length === 2")
     captions = page.locator("#sides figcaption").all_text_contents()
-    assert [text.partition(":")[0] for text in captions] == ["browser", "pista_rider, moved"]
+    assert [text.partition(":")[0] for text in captions] == ["browser", "pista_rider, modified"]
     assert "geometry" not in page.url.partition("&pin")[0]

@@ -99,10 +99,10 @@ def test_what_no_page_sends_is_refused(client, body):
 
 
 @pytest.mark.parametrize(("state", "words"), [
-    (None, "address: must be text of at most 60000 letters; begin again with an empty one"),
+    (None, "address: must be text of at most 60000 letters; start again with an empty one"),
     (7, "address: must be text"),
     ("x" * 70_000, "address: must be text of at most 60000 letters"),
-    ("nonsense", "address: 'nonsense' is not key=value; correct it or begin with an empty address"),
+    ("nonsense", "address: 'nonsense' is not key=value; correct it or start with an empty address"),
     ("evil=1", "address: unknown key 'evil'; known: allow_unusual, at, bicycle"),
     ("slow=1e999", "address: slow = '1e999' must be a finite number"),
     ("slow=nan", "address: slow = 'nan' must be a finite number"),
@@ -112,7 +112,7 @@ def test_what_no_page_sends_is_refused(client, body):
     ("bicycle=/etc/passwd", "unknown bicycle '/etc/passwd'; known: balanceassistv1, "),
     ("bicycle=../benchmark.toml", "unknown bicycle '../benchmark.toml'; "),
     ("bicycle=pista&bicycle=rigid", "address: bicycle is given twice; keep one"),
-    ("bicycle=pista&bicycle.w=1", "address: bicycle.w is given beside bicycle as a whole; keep one"),
+    ("bicycle=pista&bicycle.w=1", "address: bicycle.w is given in addition to bicycle; keep one"),
     ("bicycle.w=1", "missing c, lam, g, "),
     ("rider=../../etc/passwd&bicycle=pista", "unknown rider '../../etc/passwd'; known: charlie, jason"),
     ("name=" + "x" * 81, "must be one line of at most 80 letters"),
@@ -121,12 +121,12 @@ def test_what_no_page_sends_is_refused(client, body):
     ("effects.side_slip.tyre=/etc/passwd.csv&effects.side_slip.pressure_bar=5", "tyre file '/etc/passwd.csv', whi"),
     ("effects.steer_damper.damping=1e308", "the model"),
     ("effects.nothing.x=1", "unknown effect 'nothing'; "),
-    ("effects.steer_damper=3", "address: effects.steer_damper = '3' is no key and value of a model file"),
-    ("effects.steer_damper.damping.rear.x=3", "is no key and value of a model file"),
+    ("effects.steer_damper=3", "address: effects.steer_damper = '3' is not a key and value of a model file"),
+    ("effects.steer_damper.damping.rear.x=3", "is not a key and value of a model file"),
     ("effects.steer_damper.damping=1&effects.steer_damper.damping.rear=3", "keep one"),
     ("covariance=%5B", "address: covariance = '[' must be a table as JSON"),
     ("covariance=" + "%5B" * 5000, "must be a table as JSON"),
-    ("allow_unusual=perhaps", "address: allow_unusual = 'perhaps' is no key and value of a model file"),
+    ("allow_unusual=perhaps", "address: allow_unusual = 'perhaps' is not a key and value of a model file"),
     ("pin=pin%3Dbicycle%253Dpista", "address: what is pinned cannot pin others; unpin it"),
     ("&".join(["pin=bicycle%3Dpista"] * 5), "address: 5 curves are pinned; at most 4, unpin some"),
 ])  # fmt: skip
@@ -135,8 +135,8 @@ def test_a_state_that_makes_no_model_is_refused_in_words(client, state, words):
 
 
 @pytest.mark.parametrize(("axes", "words"), [
-    ("", "stability chart: choose what stands along both axes"),
-    ("x=speed", "stability chart: choose what stands along both axes"),
+    ("", "stability chart: choose both axes"),
+    ("x=speed", "stability chart: choose both axes"),
     ("x=speed&y=speed", "both axes are speed; give two different ones"),
     ("x=speed&y=nothing", "unknown parameter 'nothing'"),
     ("x=speed%3D1:1e999&y=c", "the range must be finite and rise"),

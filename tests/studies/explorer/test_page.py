@@ -168,12 +168,12 @@ def test_files_that_are_dropped(opened):
 
     drop("long.txt", "0" * 1_000_001)
     until(page, "document.getElementById('message').textContent")
-    assert page.inner_text("#message").startswith("long.txt: 1000001 bytes are more than the 1000000 of a file here")
+    assert page.inner_text("#message").startswith("long.txt: 1000001 bytes exceed the limit of 1000000 bytes for a")
     page.set_input_files(
         "#upload input",
         files=[{"name": f"{k}.csv", "mimeType": "text/plain", "buffer": b"0" * 900_000} for k in range(3)],
     )
-    until(page, "document.getElementById('message').textContent.startsWith('the files together have 2700000 bytes')")
+    until(page, "document.getElementById('message').textContent.startsWith('the files have 2700000 bytes together')")
     drop("mine.toml", "[values]\nw = 'wide'\n")
     until(page, "document.getElementById('message').textContent.startsWith(\"mine.toml: [values]: w = 'wide'\")")
     drop(
@@ -318,9 +318,11 @@ def test_a_stability_chart_of_two_numbers(opened):
     content = kept_in(found.value)
     kept = content["figures"]["Stability chart"]["layout"]["meta"]["rows"]
     assert {row[2] for row in points} <= {cell for row in kept for cell in row}
-    assert sum(line.startswith("stability chart: shaded: something is unstable") for line in content["notes"]) == 1
+    assert (
+        sum(line.startswith("stability chart: shaded: at least one mode is unstable") for line in content["notes"]) == 1
+    )
     page.select_option("#c-bicycle", "pista")
-    until(page, "document.getElementById('chart-busy').textContent === 'of an earlier model; draw it again'")
+    until(page, "document.getElementById('chart-busy').textContent === 'of an earlier model; redraw'")
     with page.expect_download() as found:  # which is not of what is shown
         page.click("#save-page")
     assert "Stability chart" not in kept_in(found.value)["figures"]

@@ -97,7 +97,7 @@ def _joined(pairs):
 def test_hands_and_rider_stand_with_the_rider():
     shown = site.controls(site.parse_state("bicycle=pista&rider=charlie&posture=drops&effects.rider_arms.damping=2"))
     hands = next(panel for panel in shown["rider_effects"] if panel["id"] == "rider_arms")
-    assert (hands["words"], hands["on"]) == ("hands on the bar (rider arms)", True)
+    assert (hands["words"], hands["on"]) == ("hands on the handlebar (rider arms)", True)
     assert [one["value"] for one in shown["riders"] if one["chosen"]] == ["charlie"]
     assert [one["value"] for one in shown["postures"] if one["chosen"]] == ["drops"]
 
@@ -186,7 +186,11 @@ def test_a_bicycle_that_is_dropped_keeps_the_effects_and_its_sd(ending, write):
         ("a.toml", f'bicycle = "pista"\n[effects.x]\ny = {10**400}', "a.toml: effects.x.y = 1000"),
         ("a.txt", "w = 1", "a.txt: "),
         ("a.yml", "- 1", "a.yml: "),
-        ("a.toml", "#" * 1_000_001, "a.toml: 1000001 bytes are more than the 1000000 that a bicycle or model may have"),
+        (
+            "a.toml",
+            "#" * 1_000_001,
+            "a.toml: 1000001 bytes exceed the limit of 1000000 bytes for a bicycle or model file",
+        ),
     ],
 )
 def test_a_file_that_is_none_is_refused_by_its_own_name(name, text, words):

@@ -104,7 +104,7 @@ def test_two_contents_of_one_name_are_two_tyres():
     ({"mine.json": b"[" * 20000}, "mine.json"),
     ({"mine.toml": b'kind = "modal"'}, "mine.toml: kind = 'modal'; a tyre is a table without a kind"),
     ({".mine.csv": TABLE}, "cannot be loaded under this name"),
-    ({"mine.csv": b"#" * 1_000_001}, "mine.csv: 1000001 bytes are more than the 1000000 of a tyre file"),
+    ({"mine.csv": b"#" * 1_000_001}, "mine.csv: 1000001 bytes exceed the limit of 1000000 bytes for a tyre file"),
     ({"a.toml": MODEL, "b.toml": MODEL}, "a.toml and b.toml: drop one bicycle or model at a time, with its tyres"),
     ({"x/mine.csv": TABLE, "y/mine.csv": TABLE}, "mine.csv: two files of this name were dropped; rename one"),
     ({f"{k}.csv": TABLE for k in range(21)}, "21 files were dropped; at most 20 at once"),
