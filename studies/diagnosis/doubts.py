@@ -1,4 +1,4 @@
-"""Readings in other units or of another sign, and what no physics makes: absurd data, another bicycle."""
+"""Readings in other units or of another sign; data that no model explains, and another bicycle than stated."""
 
 import math
 from collections.abc import Mapping
@@ -11,26 +11,26 @@ from studies.inference.judge import Judgement
 
 NAMED = ("named", "class", "tentative")
 ANGLES = {
-    "of the opposite sign": -1.0, "in degrees": math.pi / 180, "turned from degrees twice": 180 / math.pi,
+    "of the opposite sign": -1.0, "in degrees": math.pi / 180, "converted from degrees twice": 180 / math.pi,
     "in mrad": 1e-3,
 }  # fmt: skip
 """Readings of an angle or its rate, and the factor to the right values."""
 TORQUES = {"of the opposite sign": -1.0, "in kgf m": 9.80665, "in N mm": 1e-3}
 ACCELERATIONS = {"of the opposite sign": -1.0, "in g": 9.80665, "in mm/s^2": 1e-3}
 SPEEDS = {"speeds in km/h": 1 / 3.6, "speeds in mph": 0.44704}
-FREQUENCIES = {"in Hz": 2 * math.pi, "turned from Hz twice": 1 / (2 * math.pi)}
+FREQUENCIES = {"in Hz": 2 * math.pi, "converted from Hz twice": 1 / (2 * math.pi)}
 
 ABSURD = (
-    "chi^2 is {size:.2g} a number even with the parameters adjusted: check the units, the signs, the speeds (m/s) and "
-    "the stated standard deviations before anything else"
+    "the misfit per data point (chi^2) is {size:.2g} with re-estimated parameters: first check units, signs, speeds "
+    "(m/s) and the stated standard uncertainties"
 )
 OTHER_BICYCLE = (
-    "the parameters went farther than their stated or assumed standard deviations allow ({farthest}): is the bicycle "
-    "of the file the one that was measured, as it was ridden? A missing effect does the same"
+    "parameter shifts exceed the stated or assumed standard uncertainties ({farthest}): check that the file describes "
+    "the bicycle as ridden. A missing effect can cause the same shifts"
 )
 IDENTIFIED = (
-    "are the modes identified without bias? An error of the identification ({errors}) explains the data as well: "
-    "compare windows or methods before a name is believed"
+    "an error of the mode identification ({errors}) explains the data as well: compare windows or methods before "
+    "relying on a name"
 )
 
 
@@ -42,12 +42,12 @@ def readings_of(column: str) -> Mapping[str, float]:
 
 
 def doubts(judgement: Judgement, torque: Fit | None = None) -> tuple[str, ...]:
-    """Statements of the data of a ``judgement``, or of its bicycle, that are surely wrong, or badly paired."""
+    """Statements of the data of a ``judgement``, or of its bicycle, that are wrong, or badly paired."""
     return (*judgement.kind.find_mispairings(judgement), *_surely_wrong(judgement, torque))
 
 
 def _surely_wrong(judgement: Judgement, torque: Fit | None) -> tuple[str, ...]:
-    """Statements of the data that are surely wrong, in words: of the kind, of a named error, of the bicycle."""
+    """Sentences on statements of the data that are wrong: of the kind, of a named error, of the bicycle."""
     kind, null = judgement.kind, judgement.hypotheses.null
     if data_doubts := kind.doubts(judgement, torque):
         return data_doubts
@@ -62,5 +62,5 @@ def _surely_wrong(judgement: Judgement, torque: Fit | None) -> tuple[str, ...]:
         return ()
     went = compare_nuisances(judgement.final, judgement.final)
     chance = float(chdtri(max(len(went), 1), 1e-6))  # of the sum of squares: more is rarer than once in a million
-    farthest = ", ".join(f"{m.name} {m.shift:+.1f} sd" for m in went[:3])
+    farthest = ", ".join(f"{m.name} {m.shift:+.1f} SD" for m in went[:3])
     return (OTHER_BICYCLE.format(farthest=farthest),) if sum(m.shift**2 for m in went) > chance else ()

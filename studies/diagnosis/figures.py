@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: the story in bars, measured values with the models."""
+"""Figures of a diagnosis: misfit of each model in bars, measured values with the models."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -48,10 +48,10 @@ def titles_of_drawn_models(judgement: Judgement) -> dict[str, str]:
 
 
 def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
-    """Bars of chi^2 a number of each step, on the data and where data were left out, with the band of noise."""
-    rows = [("on all data", story.gap)]
+    """Bars of chi^2 per data point of each step, on all data and on held-out data, with the band of noise."""
+    rows = [("all data", story.gap)]
     if story.held_out is not None:
-        rows.append(("never fitted" if story.unseen else "left out of the fit", story.held_out))
+        rows.append(("held-out runs" if story.unseen else "held-out data", story.held_out))
     steps = list(story.gap.steps)
     with drawing(target, width=8, height=1.3 + 0.45 * len(steps)) as figure:
         axis = figure.subplots()
@@ -61,10 +61,10 @@ def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
             bars = axis.barh(places, list(values.values()), 0.34, label=data_name, color=look(k).colour, left=0.0)
             axis.bar_label(bars, [f"{x:.3g}" for x in values.values()], padding=3, fontsize=8)
         low, high = chdtri(story.gap.noise, (0.975, 0.025)) / story.gap.noise
-        axis.axvspan(low, high, color="0.85", zorder=0, label="noise alone")
+        axis.axvspan(low, high, color="0.85", zorder=0, label="noise, 95 %")
         most = max(value / gap.noise for _, gap in rows for value in gap.steps.values())
         axis.set_yticks(range(len(steps)), [names[step] for step in steps])
-        axis.set(xscale="log", xlim=(0.3, 4 * max(most, 1.0)), xlabel="χ² a number")
+        axis.set(xscale="log", xlim=(0.3, 4 * max(most, 1.0)), xlabel="χ² per data point")
         plain_ticks(axis.xaxis, 1.0)
         axis.invert_yaxis()
         axis.grid(visible=False, axis="y")
@@ -73,8 +73,8 @@ def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
 
 
 STORY = (
-    "χ² a number, step by step: base model, the effect alone with nothing else moved, with the parameters adjusted, "
-    "with an unmodelled torque if one is kept; last, what they leave without it. Grey: noise alone."
+    "χ² per data point of each model: base model, with the effect alone, with re-estimated parameters, with the "
+    "unmodelled torque if one is fitted, and re-estimated parameters without the effect. Grey: noise, 95 %."
 )
 
 
@@ -88,7 +88,7 @@ def panels(figure: Any, count: int) -> Any:
 
 
 def legend_above(figure: Any, axis: Any, *, columns: int) -> None:
-    """One legend for a whole ``figure``, of the curves of one ``axis``."""
+    """One legend for a ``figure``, of the curves of one ``axis``."""
     handles, labels = axis.get_legend_handles_labels()
     fit = legend_columns(labels, width=figure.get_figwidth())
     figure.legend(handles, labels, loc="outside upper center", ncols=min(columns, fit))
@@ -116,14 +116,15 @@ def draw_before_after(judgement: Judgement, target: Path) -> bool:
         for axis, name in zip(panels(figure, len(names)), names, strict=True):
             indices = np.flatnonzero(series == name)
             indices = indices[np.argsort(rows.abscissa[indices])]
-            axis.errorbar(
-                rows.abscissa[indices], measured[indices], 1.96 * sd[indices], **MEASURED, label="measured, 95 %"
-            )
-            for k, (title, gap) in enumerate(residuals(judgement).items()):
-                computed = measured[indices] - sd[indices] * gap[indices]
+            display = rows.show(name)
+            shown = display.factor * measured[indices]
+            spread = display.factor * sd[indices]
+            axis.errorbar(rows.abscissa[indices], shown, 1.96 * spread, **MEASURED, label="measured, 95 %")
+            for k, (title, residual) in enumerate(residuals(judgement).items()):
+                computed = shown - spread * residual[indices]
                 style = {"linestyle": "none", "markersize": 4} if rows.condition else {"marker": ""}
                 axis.plot(rows.abscissa[indices], computed, **{**look(k).plot, **style}, label=title)
-            axis.set(title=rows.show(name).channel, ylabel=rows.show(name).quantity)
+            axis.set(title=display.channel, ylabel=display.label)
             _label_abscissa(axis, rows, name)
         legend_above(figure, axis, columns=4)
     return True
@@ -191,7 +192,7 @@ def draw_traces(judgement: Judgement, target: Path) -> bool:
 
 
 def _frame(axis: Any, measured: Array, computed: Mapping[str, Array]) -> None:
-    """Frame the measured values, and tell in numbers how far lines go that leave it."""
+    """Frame the measured values, and state the range of lines that leave the frame."""
     room = 0.15 * (float(np.ptp(measured)) or 1.0)
     low, high = measured.min() - room, measured.max() + room
     axis.set_ylim(low, high)
@@ -199,15 +200,15 @@ def _frame(axis: Any, measured: Array, computed: Mapping[str, Array]) -> None:
         f"{title}: {y.min():.2g} .. {y.max():.2g}" for title, y in computed.items() if y.min() < low or y.max() > high
     ]
     if lines:
-        text, behind = "\n".join(["beyond the frame:", *lines]), {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1}
+        text, behind = "\n".join(["outside the axis:", *lines]), {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1}
         place = {"xycoords": "axes fraction", "va": "bottom", "bbox": behind}
         axis.annotate(text, (0.02, 0.03), fontsize="x-small", color=GREY, **place)
 
 
 TRACES: Figure = (
     draw_traces,
-    "Measured and computed signals of the runs that the base model misses most (at most 4). Fitted models start where "
-    "they fit best, the base model where the last of them does (alone, or with other states, where it fits best).",
+    "Measured and computed signals of the runs with the largest misfit of the base model (at most 4). Fitted models "
+    "start from their best-fitting state, the base model from that of the last of them (or its own, if states differ).",
 )
 
 # ---- frequency responses ----
@@ -245,10 +246,10 @@ def draw_bode(judgement: Judgement, target: Path) -> bool:
 
 
 def _find_largest(judgement: Judgement, labels: list[Any]) -> list[Any]:
-    """The three labels with the largest gap a number of the base model, in their first order."""
-    gap = (judgement.nominal**2).reshape(-1, 2).sum(1)
+    """The three labels with the largest misfit per data point of the base model, in their first order."""
+    squares = (judgement.nominal**2).reshape(-1, 2).sum(1)
     names = list(dict.fromkeys(labels))
-    size = {name: gap[[label == name for label in labels]].mean() for name in names}
+    size = {name: squares[[label == name for label in labels]].mean() for name in names}
     largest = sorted(names, key=lambda name: -size[name])[:3]
     return [name for name in names if name in largest]
 
@@ -277,6 +278,6 @@ def _draw_response(gain: Any, phase: Any, hertz: Array, value: Complex, sd: Arra
 
 BODE: Figure = (
     draw_bode,
-    "Gain and phase, measured with 95 % intervals, and the models; at most 3 responses and 3 speeds, those that the "
-    "base model misses most. Where the interval of a gain reaches down to zero its phase is not known and not shown.",
+    "Gain and phase, measured with 95 % intervals, and the models; the 3 responses and 3 speeds with the largest "
+    "misfit of the base model. A phase is shown where the interval of its gain excludes zero.",
 )

@@ -1,4 +1,4 @@
-"""Findings beyond the verdict, numbers only: what moved, what could still be there, what next, how stable."""
+"""Findings beyond the verdict, numbers only: parameter shifts, upper limits, next measurement, stability."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -32,7 +32,7 @@ from studies.inference import (
     upper_limits,
     without_each,
 )
-from studies.inference.verdict import Separation
+from studies.inference.verdict import NOTHING, Separation
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.workers import one_blas_thread
@@ -71,21 +71,32 @@ class Predicted:
 
     @property
     def gap(self) -> dict[str, float | None]:
-        """sqrt(max(0, chi^2/n - 1)) over that of the base model; None if that has no gap, or falls over."""
+        """sqrt(max(0, chi^2/n - 1)) over that of the base model; None if that is zero or not finite."""
         size = {model: math.sqrt(max(0.0, value / self.numbers - 1)) for model, value in self.chi2.items()}
         whole = size["nominal"]
         return {model: root / whole if 0 < whole < math.inf else None for model, root in size.items()}
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """The closest alternative to what the verdict names; if it names nothing, the closest to an explanation."""
+
+    name: str  # hypothesis, identifiers joined by +; "none" of no effect
+    probability: float
+    misfit: float  # chi^2 per data point that remains with it
+    final_misfit: float  # the same of the final hypothesis
+
+
+@dataclass(frozen=True)
 class Findings:
     """Findings of a report beyond the verdict."""
 
-    story: Story | None = None  # the gap step by step
+    story: Story | None = None  # the misfit step by step
     where: Where | None = None  # and where it is largest
+    alternative: Alternative | None = None  # closest hypothesis to what the verdict names
     moved: tuple[Moved, ...] = ()  # how far each parameter went
-    limits: tuple[UpperLimit, ...] = ()  # what could still be there beside the final hypothesis
-    # hypotheses that further tells apart, the leader first; fewer than two if none are to be told apart
+    limits: tuple[UpperLimit, ...] = ()  # of effects in addition to the final hypothesis
+    # hypotheses that ``further`` distinguishes, the leader first; fewer than two if there are none
     between: tuple[str, ...] = ()
     further: tuple[Separation, ...] = ()  # what to measure next, best first
     doubts: tuple[str, ...] = ()  # statements of the data that are surely wrong, in words
@@ -112,7 +123,7 @@ class Findings:
 
     @property
     def all_are_odd(self) -> bool:
-        """Every part is odd, so each alone says nothing of the others."""
+        """Every part is odd, so each alone shows nothing of the others."""
         return len(self.odd) >= len(self.parts)
 
     @property
@@ -138,7 +149,7 @@ class Findings:
 
 
 class Attempts:
-    """Makes one section after the other; one that fails costs only itself, and ``failed`` says why."""
+    """Makes one section after the other; if one fails the others remain, and ``failed`` has the error."""
 
     def __init__(self) -> None:
         self.failed: dict[str, str] = {}
@@ -160,6 +171,7 @@ def find(diagnosis: Diagnosis) -> Findings:
             story=attempt("story", lambda: tell(diagnosis), None),
             moved=compare_nuisances(hypotheses.null, final),
             where=attempt("where", lambda: farthest_off(diagnosis), None),
+            alternative=attempt("closest alternative", lambda: closest_alternative(diagnosis), None),
             failed=attempt.failed,
         )
     torque, no_torque = attempt("unmodelled torque", lambda: _torque(diagnosis), (None, ""))
@@ -168,20 +180,21 @@ def find(diagnosis: Diagnosis) -> Findings:
     together = fits(diagnosis.verdict)
     # If all together do not fit, how far a part is from the others is linear about a fit that is wrong: any is left out
     names = [p.part for p in parts if p.contradicts or not together]
-    between, separations = attempt("what to measure next", lambda: _next(diagnosis), ((), ()))
-    alike = attempt("look-alikes", lambda: look_alikes(diagnosis), None)
+    between, separations = attempt("next measurement", lambda: _next(diagnosis), ((), ()))
+    alike = attempt("similar effects", lambda: look_alikes(diagnosis), None)
     best = alike.best_single[0] if alike and alike.best_single else ""
-    predictions = attempt("runs that were never fitted", lambda: predict_held_out(diagnosis, fit_of_torque, best), ())
+    predictions = attempt("held-out runs", lambda: predict_held_out(diagnosis, fit_of_torque, best), ())
     predicted_chi2 = [(prediction.numbers, prediction.chi2) for prediction in predictions]
     return Findings(
         story=attempt("story", lambda: tell(diagnosis, predicted_chi2, torque, alike), None),
         where=attempt("where", lambda: farthest_off(diagnosis), None),
         moved=compare_nuisances(hypotheses.null, final),
+        alternative=attempt("closest alternative", lambda: closest_alternative(diagnosis, between), None),
         between=between,
         further=separations,
         parts=parts,
         joint_fits=together,
-        limits=attempt("what could still be there", lambda: upper_limits(kind, hypotheses, final), ()),
+        limits=attempt("upper limits", lambda: upper_limits(kind, hypotheses, final), ()),
         doubts=attempt("doubts", lambda: doubts(diagnosis, fit_of_torque), ()),
         predicted=predictions,
         without=attempt("parts", lambda: without_each(kind, names, single_out=not together), {}),
@@ -216,11 +229,11 @@ def with_stability(
     return replace(findings, stability=variants, failed={**findings.failed, **attempt.failed})
 
 
-# ---------------------------------------------------------------------- what to tell apart next
+# ---------------------------------------------------------------------- alternatives, and what distinguishes them
 
 
 def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
-    """The leading hypothesis and its nearest rival; fewer than two if none is within hopeless odds of it."""
+    """The leading hypothesis and its closest alternative; fewer than two if none is within hopeless odds of it."""
     hypotheses, final, word = judgement.hypotheses, judgement.final, judgement.verdict.verdict
     ranked = _able(judgement) if word == "unknown" else [f for f in _rank_all(hypotheses) if f.admissible]
     if word == "none" and len(ranked) < 2:
@@ -234,6 +247,33 @@ def leading_two(judgement: Judgement) -> tuple[Fit, ...]:
     ):
         return (final, hypotheses.null)
     return (final, *[f for f in ranked if f is not final and hypotheses.odds(final, f) < RULES.hopeless_odds][:1])
+
+
+def closest_alternative(judgement: Judgement, between: Sequence[str] = ()) -> Alternative | None:
+    """The closest alternative: what a next measurement separates from the leader (the two ``between``), else the next.
+
+    If nothing is named it is the hypothesis that comes closest to explaining the data. None if there is no other.
+    """
+    hypotheses, verdict, final = judgement.hypotheses, judgement.verdict, judgement.final
+    if verdict.verdict == "unknown":
+        name = verdict.look_alike.name if verdict.look_alike else ""
+    elif verdict.verdict == "class":
+        name = verdict.rivals[0]
+    elif len(between) > 1 and between[1] not in verdict.equivalent:
+        name = between[1]
+    else:
+        able = [f for f in _rank_all(hypotheses) if f is hypotheses.null or f.admissible]
+        others = [f for f in able if f is not final and f.name not in verdict.equivalent]
+        if final.candidates:  # a hypothesis that contains what is named is no alternative to it
+            others = [f for f in others if not f.identifiers >= final.identifiers]
+        name = others[0].name if others else ""
+    if not name:
+        return None
+    alternative = hypotheses.null if name == NOTHING else hypotheses.find(frozenset(name.split("+")))
+    if alternative is None:
+        return None
+    n = len(judgement.nominal)
+    return Alternative(name, hypotheses.posterior[name], alternative.chi2 / n, final.chi2 / n)
 
 
 def _rank_all(hypotheses: Hypotheses) -> list[Fit]:
@@ -258,11 +298,11 @@ def _next(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[Separation, ...]
     return between, tuple(s for s in separations if s.gain >= least)
 
 
-# ---------------------------------------------------------------------- runs that were never fitted
+# ---------------------------------------------------------------------- held-out runs
 
 
 def predict_held_out(diagnosis: Diagnosis, torque: Fit | None = None, single: str = "") -> tuple[Predicted, ...]:
-    """Predict what was held out by each model, part by part; empty if nothing was.
+    """Predict the held-out runs by each model, part by part; empty if there are none.
 
     Also with a residual ``torque``, and by a ``single`` effect, if there are such.
     """
@@ -280,9 +320,9 @@ def predict_held_out(diagnosis: Diagnosis, torque: Fit | None = None, single: st
 
 
 def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
-    """Shares of the gap that the nearest look-alike and single effects leave; None if something is named or no gap is.
+    """Share of the discrepancy with the closest alternative and single effects; None if there is none, or a name.
 
-    On runs that were never fitted if there are such, else on the data that they were fitted to.
+    On held-out runs if there are such, else on the fitted data.
     """
     hypotheses, verdict = diagnosis.hypotheses, diagnosis.verdict
     if verdict.verdict != "unknown":
@@ -316,7 +356,7 @@ def look_alikes(diagnosis: Diagnosis) -> LookAlikes | None:
 
 
 def _gaps(diagnosis: Diagnosis, fits_: Sequence[Fit]) -> tuple[dict[Fit, float], bool]:
-    """Share of the base model's gap that each fit leaves (empty without a gap), and whether on runs never fitted."""
+    """Share of the base model's discrepancy with each fit (empty if it has none), and whether on held-out runs."""
     unseen = diagnosis.kind.held_out_data()
     if unseen is None:
         count = len(diagnosis.nominal)
@@ -327,10 +367,10 @@ def _gaps(diagnosis: Diagnosis, fits_: Sequence[Fit]) -> tuple[dict[Fit, float],
         count = sum(prediction.numbers for prediction in predictions)
         base = sum(prediction.chi2["nominal"] for prediction in predictions)
         chi2 = {f: sum(prediction.chi2[str(k)] for prediction in predictions) for k, f in enumerate(fits_)}
-    whole = base / count - 1
-    if not 0 < whole < math.inf:
+    excess = base / count - 1
+    if not 0 < excess < math.inf:
         return {}, unseen is not None
-    return {f: math.sqrt(max(0.0, x / count - 1) / whole) for f, x in chi2.items()}, unseen is not None
+    return {f: math.sqrt(max(0.0, x / count - 1) / excess) for f, x in chi2.items()}, unseen is not None
 
 
 def predict(unseen: Kind, fits_by_model: Mapping[str, Found]) -> tuple[Predicted, ...]:

@@ -511,6 +511,10 @@ class Histories(BicycleKind, kind="histories"):
         residuals = np.concatenate(self.residual_signals(candidates, theta))
         return dict(zip(self.noise, residuals.T, strict=True))
 
+    def measured_by_channel(self) -> dict[str, Array]:
+        """Measured values (samples of all runs,) of each channel, in its unit."""
+        return {name: np.concatenate([run.channels[name] for run in self.runs]) for name in self.noise}
+
     def channel_noise_sd(self, residuals: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
         """Noise sd of each channel without a stated one: as estimated, and by third differences, in its unit."""
         ends = np.cumsum([len(run.time) for run in self.runs])[:-1]

@@ -1,4 +1,4 @@
-"""Statements of time histories that are surely wrong: channels without a signal, a rider who steers, held torques."""
+"""Statements of time histories that are wrong: channels without a signal, a rider who steers, held torques."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from studies.diagnosis.histories import Histories
 
 BETWEEN = (
-    "{inputs}: most samples repeat the one before, so it is taken as held from sample to sample; taken as linear "
-    "between them, chi^2 of {n} numbers with {model} is {other:.5g} in place of {chi2:.5g}. If it was so, state "
-    'torque_between_samples = "linear" in [histories]; if it was held, state "held"'
+    "{inputs}: most samples repeat the one before, so it is treated as held from sample to sample. Treated as linear "
+    "between samples, chi^2 of {n} data points with {model} is {other:.5g} instead of {chi2:.5g}. State "
+    'torque_between_samples = "linear" in [histories], or "held"'
 )
-SOMEBODY = "does somebody steer? Record the steer torque, or ride hands off: no effect of a bicycle stands for a rider"
+SOMEBODY = "if the rider steers, record the steer torque or ride hands off: no effect of a bicycle replaces a rider"
 FAINT = (
-    "{channel}: its root mean square is {size:.2g} at most, of a noise with sd {sd:.2g}: it tells next to nothing; is "
-    "the unit right, and that of noise_sd?"
+    "{channel}: its root mean square is at most {size:.2g} with a noise sd of {sd:.2g}: it holds almost no "
+    "information; check its unit and that of noise_sd"
 )
 
 

@@ -7,9 +7,10 @@ from typing import Any
 
 from bicycle.effects.effect import Effect
 from studies.inference import RULES, Candidate, Judgement, Moved, Verdict
+from studies.inference.verdict import FAR_AHEAD
 from studies.reporting.markdown_text import cell, cells, make_environment
 
-BASE, ADJUSTED = "base model", "parameters adjusted"
+BASE, ADJUSTED = "base model", "parameters re-estimated"
 
 
 def said(hypothesis: str) -> str:
@@ -68,7 +69,7 @@ def as_moved(m: Moved) -> dict[str, str]:
 
 
 def bar(value: float, most: float) -> str:
-    """A bar of signs for a chi^2 ``value`` a number on a logarithmic scale from noise (1) to ``most``."""
+    """A bar of signs for a chi^2 ``value`` per data point on a logarithmic scale from noise (1) to ``most``."""
     return "#" * max(1, round(40 * math.log(max(value, 1.0)) / math.log(max(most, 10.0))))
 
 
@@ -78,10 +79,8 @@ def unit_of(unit: str) -> str:
 
 
 def percent(share: float) -> str:
-    """A ``share`` of a gap: whole percent, or in words where there are none."""
-    if share == 0:
-        return "nothing"
-    return f"{100 * share:.0f} %" if share >= 0.01 else "less than 1 %"
+    """A ``share`` of a discrepancy in whole percent; a smaller one than that in words."""
+    return f"{100 * share:.0f} %" if share == 0 or share >= 0.01 else "less than 1 %"
 
 
 def upper_first(text: str) -> str:
@@ -125,11 +124,11 @@ def without_number(candidate: Candidate) -> str:
         return f"{', '.join(sizes)}, as stated: not fitted"
     integrated = {"bias": "a constant in each run", "drift": "a constant and a trend in each run"}
     integrated_words = integrated.get(candidate.identifier.rpartition("/")[2])
-    return f"{integrated_words}, integrated out" if integrated_words else "without a number of its own"
+    return f"{integrated_words}, integrated out" if integrated_words else "without a parameter"
 
 
 def fate(judgement: Judgement) -> dict[str, str]:
-    """Outcome for the hypotheses of a ``judgement``, by the engine's name; nothing for those that are neither."""
+    """Outcome for the hypotheses of a ``judgement``, by the engine's name; nothing for those without one."""
     verdict = judgement.verdict
     refusals = {name: str(rule) for name, _, rule in verdict.refused_leaders}
     for f in judgement.hypotheses.fits:
@@ -160,7 +159,7 @@ def term_name(name: str) -> str:
 
 
 def render(template: str, *, markdown: bool = False, **content: Any) -> str:
-    """Fill a ``template`` of this room with the ``content``, escaped if it is ``markdown``, without empty ends."""
+    """Fill a ``template`` of this package with the ``content``, escaped if it is ``markdown``, without empty ends."""
     text = _environment(markdown=markdown).get_template(template).render(**content)
     lines = [line.rstrip() for line in text.splitlines()]
     return "\n".join(line for k, line in enumerate(lines) if line or (k and lines[k - 1])).strip()
@@ -175,10 +174,10 @@ def _environment(*, markdown: bool) -> Any:
     filters = (*names, unit_of, probability, percent, number, misfit, cells, as_moved, bar)
     environment.filters |= {filter_.__name__: filter_ for filter_ in filters}
     environment.filters |= {"line": _line, "cell": lambda text: Markup(cell(text))}
-    environment.globals |= {"rules": RULES, "parameters": PARAMETERS}
+    environment.globals |= {"rules": RULES, "parameters": PARAMETERS, "far_ahead": FAR_AHEAD, "most_similar": 3}
     return environment
 
 
 def sentence(verdict: Verdict) -> str:
-    """The ``verdict`` in words that its figures bear."""
+    """The ``verdict`` as a sentence."""
     return render("one.txt.j2", macro="sentence", v=verdict, f=None)

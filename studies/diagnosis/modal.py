@@ -53,6 +53,8 @@ from tyre.measured.plausible import LARGEST
 
 # ---- the table ----
 
+SHOWN = {"real": ("growth rate, 1/s", 1.0), "imaginary": ("frequency, Hz", 1 / (2 * np.pi))}
+"""Quantity and unit in which the parts of an eigenvalue are shown, and the factor from 1/s and rad/s."""
 RATIOS = {"steer_over_lean": "steer_rate", "yaw_over_lean": "yaw_rate"}  # and their output over the lean rate
 EIGENVALUE = ("real_1_s", "imag_rad_s")
 UNUSED = ("speed_min_m_s", "speed_max_m_s")
@@ -418,8 +420,12 @@ class Modal(BicycleKind, kind="modal"):
                 for column, (part, unit) in enumerate((("real", "1/s"), ("imaginary", "rad/s"))):
                     if not self._is_measured[k, place, column]:
                         continue
-                    quantity = f"{part} part" if name else f"{part} part, {unit}"
-                    displays[f"{channel}, {part}"] = Series(channel, quantity)
+                    if name:
+                        displays[f"{channel}, {part}"] = Series(channel, f"{part} part")
+                    else:
+                        shown, factor = SHOWN[part]
+                        quantity = f"{part} part, {unit}"
+                        displays[f"{channel}, {part}"] = Series(channel, quantity, shown=shown, factor=factor)
                     labels.append(f"{channel}, {p.speed:g} m/s, {part}")
                     series.append(f"{channel}, {part}")
                     speed.append(p.speed)

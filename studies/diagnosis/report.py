@@ -27,7 +27,7 @@ from tyre.ground.files import slugs, write_text
 MOST = 6  # rows of a table: verdict.json has all
 STEPS = {"base": "nominal", "adjusted": "final", "without_effect": "nuisance_only", "effect_alone": "effect_alone"}
 WITH_TORQUE = "with an unmodelled torque, " + ADJUSTED
-"""Step of the story: the model that it is of."""
+"""Step of the misfit: the model that it is of."""
 
 
 def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None = None) -> None:
@@ -42,7 +42,7 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
     for name, file in model_files(models).items():
         write_text(folder / file, models.texts[name])
     text = page(diagnosis, replace(all_findings, failed={**all_findings.failed, **attempt.failed}), captions, models)
-    write_page(folder, title=f"What is missing: {diagnosis.kind.name}", text=text, extensions=("tables", "md_in_html"))
+    write_page(folder, title=f"Diagnosis: {diagnosis.kind.name}", text=text, extensions=("tables", "md_in_html"))
 
 
 def draw_all(diagnosis: Diagnosis, findings: Findings, folder: Path, attempt: Attempts | None = None) -> dict[str, str]:
@@ -107,7 +107,7 @@ def _figures_by_place(captions: Mapping[str, str]) -> dict[str, list[tuple[str, 
 
 
 def terminal(diagnosis: Diagnosis, findings: Findings, place: str = "") -> str:
-    """Text for the terminal, 12 lines; the report is at ``place``."""
+    """Text for the terminal, at most 13 lines; the report is at ``place``."""
     models = Attempts()("corrected model", lambda: corrected(diagnosis, findings.torque), Corrected({}))
     text = render("terminal.txt.j2", **_content(diagnosis, findings, models), place=place)
     return "\n".join(line for line in text.splitlines() if line)
@@ -124,6 +124,7 @@ def _content(diagnosis: Diagnosis, findings: Findings, models: Corrected) -> dic
         "c": correction(diagnosis, findings.torque),
         "made": models,
         "files": model_files(models),
+        "width": max((len(name) for name in _steps(diagnosis).values()), default=0),
         "thing": "tyre" if diagnosis.kind.model is None else "bicycle",
         "named_rows": named_rows(diagnosis),
         "steps": _steps(diagnosis),
@@ -143,7 +144,11 @@ def named_rows(judgement: Judgement) -> list[list[str]]:
             table.append([e.identifier, "-", without_number(candidates[e.identifier]), "-", e.signature])
         for k, (name, (value, sd)) in enumerate(e.parameters.items()):
             unit = unit_of(e.units.get(name, "1"))
-            sized = [f"{number(value, 4)}{unit}", f"± {number(sd, 2)}{unit}"] if sd < abs(value) else ["left open", "-"]
+            sized = (
+                [f"{number(value, 4)}{unit}", f"± {number(sd, 2)}{unit}"]
+                if sd < abs(value)
+                else ["not determined", "-"]
+            )
             table.append([e.identifier if not k else "", name, *sized, e.signature if not k else ""])
     return table
 
@@ -202,11 +207,12 @@ def record(diagnosis: Diagnosis, findings: Findings) -> dict[str, Any]:
     return {
         "gap": f.story and asdict(f.story.gap),
         "held_out": f.story and f.story.held_out and asdict(f.story.held_out),
-        "where": f.where and asdict(f.where),
+        "where": f.where and f.where.to_dict(),
         "odd_part": {"parts": [removed.part for removed in f.odd], "sentence": phrase("odd")} if f.odd else None,
         **search,
         **verdict_record(verdict),
         "sentence": phrase("what"),
+        "closest_alternative": f.alternative and asdict(f.alternative),
         "corrected": {
             "added": list(changes.added),
             "not_in_the_file": list(changes.left_out),

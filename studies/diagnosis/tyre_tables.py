@@ -98,7 +98,11 @@ class TyreTables(TyreKind, kind="tyre_tables"):
         labels = tuple(f"{load:.0f} N, {pressure / PASCAL_PER_BAR:g} bar" for load, pressure in places)
         fold = np.unique(t.load, return_inverse=True)[1]
         return Rows(
-            labels, t.load, (name,) * len(labels), fold, displays={name: Series(name, "natural logarithm", "load, N")}
+            labels,
+            t.load,
+            (name,) * len(labels),
+            fold,
+            displays={name: Series(name, "natural logarithm", "load, N", logarithm=True)},
         )
 
     @property

@@ -1,4 +1,4 @@
-"""From a kind to a verdict: the rules that a leading hypothesis must meet, and what is said of it."""
+"""From a kind to a verdict: the rules that a leading hypothesis must meet, and what is named."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -38,7 +38,7 @@ class Acceptance:
     final: Fit  # the leader if it is named, else the null
     held_out: Mapping[str, HeldOut]  # nuisance_only and final
     leader: Fit | None = None  # what was judged, named or not
-    # what cannot be told from the leader, itself first, and why; empty if nothing is named
+    # what cannot be distinguished from the leader, itself first, and why; empty if nothing is named
     members: Mapping[Fit, Reason] = field(default_factory=dict)
     checks: Checks = ()  # answers to the rules that were asked, in their order
 
@@ -83,7 +83,7 @@ def _name_nothing(hypotheses: Hypotheses, score: HeldOut, checks: Checks, leader
 
 
 def _mimics(kind: Kind, hypothesis: Fit) -> tuple[Mimic, ...]:
-    """The five terms without a cause that lower the objective of ``hypothesis`` most, by a tenth at least."""
+    """The five empirical terms that lower the objective of ``hypothesis`` most, by a tenth at least."""
     terms = []
     for term in kind.empirical_terms():
         if not kind.compatible((*hypothesis.candidates, term)):
@@ -143,7 +143,7 @@ def check_rules(
     wide_words = f"P(nothing) {wide.p_nothing:.3g}, then {wide.rank()[0].name}"
     survives = wide.p_nothing < RULES.nothing
     if hypotheses.p_nothing < RULES.remote and not survives:
-        doubled = f"with the uncertainty of the parameters doubled, P(nothing is missing) would be {wide.p_nothing:.2g}"
+        doubled = f"P(nothing missing) is {wide.p_nothing:.2g} with doubled parameter uncertainties"
     else:
         doubled = ""
     partial_name = [
@@ -182,10 +182,10 @@ def _check_none(rule: str, culprits: Collection[str]) -> AcceptanceCheck:
 
 
 def _find_better_term(hypotheses: Hypotheses, leader: Fit) -> str:
-    """Name of the term without a cause that in the place of some effects beats the ``leader`` in odds; "" if none does.
+    """Name of the empirical term that in the place of some effects beats the ``leader`` in odds; "" if none does.
 
-    All such terms together are as probable beforehand as one effect of the library: the best of eight fits noise
-    better than one does (modal_timid: a spring of 1.06 N m/rad lost to one of them). Much data are asked in a part.
+    All such terms together have the prior probability of one effect of the library: the best of eight fits noise
+    better than one does (modal_timid: a spring of 1.06 N m/rad lost to one of them). Much data are checked in a part.
     """
     kind = hypotheses.kind.thin(RULES.thinned)
     terms = kind.directions()
@@ -203,10 +203,10 @@ def _find_better_term(hypotheses: Hypotheses, leader: Fit) -> str:
 
 
 def _check_what_is_left(kind: Kind, leader: Fit) -> AcceptanceCheck | None:
-    """Check that terms without a cause explain nothing of the rest; None if there is no such term."""
+    """Check that empirical terms explain nothing of the residuals; None if there is no such term."""
     rough = [c.identifier for c in leader.candidates if c.approximate]
     if rough:
-        return AcceptanceCheck("nothing_left", f"not asked: {' and '.join(rough)} is modelled roughly", True)
+        return AcceptanceCheck("nothing_left", f"not checked: {' and '.join(rough)} is an approximate model", True)
     score_test = left_over(kind, leader)
     if score_test is None:
         return None
@@ -217,10 +217,10 @@ def _check_what_is_left(kind: Kind, leader: Fit) -> AcceptanceCheck | None:
 
 
 def _describe_term(term: str) -> str:
-    """A term without a cause as a sentence names it: "steer torque from lean" is one proportional to lean."""
+    """An empirical term as a sentence names it: "steer torque from lean" is one proportional to lean."""
     if " from " in term:
         return "a " + term.replace(" from ", " proportional to ")
-    return term or "a term without a cause"
+    return term or "an empirical term"
 
 
 HELD = 1e-6  # of the prior sd: a parameter that does not move
@@ -360,7 +360,7 @@ def verdict_of(hypotheses: Hypotheses, acceptance: Acceptance, nominal: Array) -
         checks=acceptance.checks,
         mimics=_mimics(hypotheses.kind, final) if open_ else (),
         refused=hypotheses.kind.refused,
-        warnings=(*hypotheses.kind.notes, *_warnings(hypotheses, acceptance, gap=scale > 0)),
+        warnings=(*hypotheses.kind.notes, *_warnings(hypotheses, acceptance, discrepant=scale > 0)),
         reasons={f.name: why for f, why in acceptance.members.items()},
         refused_leaders=tuple((f.name, p, rule_against(hypotheses, acceptance, f)) for f, p in more_probable),
         judged=judged[0],
@@ -377,7 +377,7 @@ def verdict_of(hypotheses: Hypotheses, acceptance: Acceptance, nominal: Array) -
 
 
 def _absorbing_parameters(null: Fit, nominal: Array) -> tuple[Moved, ...]:
-    """Parameters that closed the gap of a base model whose residual (n,) is more than noise, the farthest first."""
+    """Parameters that closed the discrepancy of a base model with a significant residual (n,), largest shift first."""
     if chdtrc(len(nominal), float(nominal @ nominal)) > RULES.poor_fit:
         return ()
     went = compare_nuisances(null, null)
@@ -393,24 +393,24 @@ def rule_against(hypotheses: Hypotheses, acceptance: Acceptance, f: Fit) -> Reas
     return reason_against(hypotheses, f, acceptance.final if acceptance.final.candidates else acceptance.leader)
 
 
-def _warnings(hypotheses: Hypotheses, acceptance: Acceptance, *, gap: bool) -> list[str]:
-    """Warnings for the report; ``gap``: the base model has one beyond the noise."""
+def _warnings(hypotheses: Hypotheses, acceptance: Acceptance, *, discrepant: bool) -> list[str]:
+    """Warnings for the report; ``discrepant``: the base model has a discrepancy beyond noise."""
     warnings, final = [], acceptance.final
-    if not gap:
-        warnings.append("the nominal model has no gap beyond the noise: there is nothing to close")
+    if not discrepant:
+        warnings.append("the base model has no discrepancy beyond noise")
     if not acceptance.held_out["final"].possible:
-        warnings.append("one run: nothing can be held out, so any name is only probable; record further runs or speeds")
+        warnings.append("one run: nothing can be held out, so a name is at best tentative; record more runs or speeds")
     if final.candidates:
         warnings += [check.remark for check in acceptance.checks if check.remark]
     if acceptance.verdict == "unknown" and not any(f.fits_data for f in hypotheses.fits):
-        warnings.append("something is missing that the library does not explain")
+        warnings.append("no hypothesis of the library explains the data")
     stuck = [
         f.name
         for f in (hypotheses.null, *hypotheses.rank())
         if not f.converged and hypotheses.posterior[f.name] > NEGLIGIBLE
     ]
     if stuck:
-        warnings.append(f"did not converge and are not judged: {', '.join(stuck)}")
+        warnings.append(f"not judged, as the fit did not converge: {', '.join(stuck)}")
     lost = []
     for f in hypotheses.rank():
         if not math.isfinite(f.objective):
@@ -418,7 +418,7 @@ def _warnings(hypotheses: Hypotheses, acceptance: Acceptance, *, gap: bool) -> l
             first = f", the first in {hypotheses.kind.rows.series[int(rows[0])]}" if len(rows) else ""
             lost.append(f"{f.name} (no finite number for {len(rows)} of {len(f.residual)}{first})")
     if lost:
-        warnings.append(f"could not be computed and are not judged: {', '.join(lost)}")
+        warnings.append(f"not judged, as not computable: {', '.join(lost)}")
     extensions = []
     if final.candidates:
         for f in hypotheses.find_extensions(final):
@@ -429,8 +429,8 @@ def _warnings(hypotheses: Hypotheses, acceptance: Acceptance, *, gap: bool) -> l
             )
     if extensions:
         warnings.append(
-            f"beside {final.name} cannot be ruled out, with odds: {', '.join(extensions)}; its numbers would change, "
-            "see the hypotheses that were tried"
+            f"in addition to {final.name} not ruled out, with odds: {', '.join(extensions)}; they change its values "
+            "(see Hypotheses)"
         )
     return warnings
 
@@ -486,7 +486,7 @@ def _add_marginalised_sizes(kind: Kind, hypothesis: Fit, effect: Named) -> Named
     return replace(effect, parameters=parameters, units=units)
 
 
-# ---------------------------------------------------------------------- what can be told apart
+# ---------------------------------------------------------------------- what can be distinguished
 
 
 def similarity(kind: Kind, null: Fit, fits: list[Fit]) -> Array:
@@ -511,7 +511,7 @@ def _direction(kind: Kind, hypothesis: Fit) -> Array:
 
 
 def equivalents(hypotheses: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
-    """Leader and the hypotheses with as many effects that the data cannot tell from it, each with its reason."""
+    """Leader and the hypotheses with as many effects that the data cannot distinguish from it, each with its reason."""
     peers = [f for f in hypotheses.rank(len(leader.candidates)) if f is not leader and f.admissible]
     close_objective = leader.objective + RULES.as_much
     peers = [f for f in peers if hypotheses.odds(leader, f) < RULES.hopeless_odds or f.objective < close_objective]
@@ -520,7 +520,7 @@ def equivalents(hypotheses: Hypotheses, leader: Fit) -> dict[Fit, Reason]:
     members = {leader: Reason("leads" if first else "search ended")}
     for f, cosine in zip(peers, cosines, strict=True):
         odds = hypotheses.odds(leader, f)
-        unusual = f", of an unusual size ({', '.join(f.sizes_beyond_usual())})" if f.sizes_beyond_usual() else ""
+        unusual = f", of a rare size ({', '.join(f.sizes_beyond_usual())})" if f.sizes_beyond_usual() else ""
         if odds < 1:
             members[f] = Reason("ahead", odds=hypotheses.odds(f, leader), why=reason_against(hypotheses, f, leader))
         elif odds < RULES.clear_odds:
@@ -570,15 +570,15 @@ def _predict(proposal: Proposal, f: Fit) -> tuple[Array, Array]:
     return mean, slope @ root if inner is None else np.hstack([(slope + inner[0]) @ root, inner[1]])
 
 
-def _distance(gap: Array, spread: Array) -> float:
-    """Root of gap' (1 + spread spread')^-1 gap: ``gap`` (m,) in sd of noise, ``spread`` (m, k) moves it by 1 sd."""
-    pull = spread.T @ gap
-    remainder = gap - spread @ np.linalg.solve(np.eye(len(pull)) + spread.T @ spread, pull)
-    return float(np.sqrt(max(0.0, float(gap @ remainder))))
+def _distance(change: Array, spread: Array) -> float:
+    """Root of d' (1 + S S')^-1 d: d the ``change`` (m,) in sd of noise, S the ``spread`` (m, k) of it by 1 sd."""
+    projected = spread.T @ change
+    remainder = change - spread @ np.linalg.solve(np.eye(len(projected)) + spread.T @ spread, projected)
+    return float(np.sqrt(max(0.0, float(change @ remainder))))
 
 
 def _bench_tests(members: list[Fit]) -> list[Separation]:
-    """The size of an effect (a mistake) that one member has and the others have not, measured by itself."""
+    """The size of an effect or measurement error that one member has and the others have not, measured separately."""
     separations = []
     for f in members:
         for candidate in f.candidates:
@@ -589,6 +589,6 @@ def _bench_tests(members: list[Fit]) -> list[Separation]:
             sd = np.hypot(RULES.bench_sd * u.scale, np.sqrt(f.covariance[column, column]))
             gain = float(abs(f.theta[column] - u.centre) / sd)
             size = u.name if u.unit == "1" else f"{u.name}, {u.unit}"
-            measurement = f"{candidate.title or candidate.identifier}, measured by itself ({size})"
+            measurement = f"{candidate.title or candidate.identifier}, measured separately ({size})"
             separations.append(Separation(measurement, gain))
     return separations

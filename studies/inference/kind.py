@@ -31,6 +31,14 @@ class Series:
     channel: str  # several series may be of one channel
     quantity: str = ""  # measured values with their unit, for an axis
     axis: str = ""  # its abscissa with the unit; empty if common to all
+    shown: str = ""  # the quantity with its unit as readers know it, such as "frequency, Hz"; empty if ``quantity`` is
+    factor: float = 1.0  # from the unit of the values to that of ``shown``
+    logarithm: bool = False  # the values are natural logarithms
+
+    @property
+    def label(self) -> str:
+        """Label of an axis of shown values."""
+        return self.shown or self.quantity
 
 
 @dataclass(frozen=True)
@@ -295,6 +303,11 @@ class Kind:
         gap = self.residual(candidates, theta, slopes=False)[0] * self.data[1]
         channels = self.rows.channels
         return {name: gap[channels == name] for name in dict.fromkeys(channels.tolist())}
+
+    def measured_by_channel(self) -> dict[str, Array]:
+        """Measured values (m,) of each channel, in its unit, in the order of :meth:`residuals_by_channel`."""
+        measured, channels = self.data[0], self.rows.channels
+        return {name: measured[channels == name] for name in dict.fromkeys(channels.tolist())}
 
     def channel_noise_sd(self, residuals: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
         """Noise of each channel if estimated: the sd that is used and the sd from sample to sample, in its unit."""

@@ -5,31 +5,33 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from scipy.special import chdtrc
+
 from studies.inference.acceptance import AcceptanceCheck
 from studies.inference.fit import Moved
 
 WORDS = {
     # members of a class
     "leads": "the most probable",
-    "search ended": "the most probable of those that may be named, with so many effects",
-    "close": "odds of only {odds:.2g} : 1 against it{unusual}",
-    "alike": "does the same to the data (cosine {cosine:.3f}; {odds:.2g} : 1 against it){unusual}",
-    "ahead": "more probable than what leads ({odds:.2g} : 1), but {why}",
-    "one more": "one effect more, odds {odds:.0f} : 1 for it: too few to add it",
-    "leads wide": "the most probable if the uncertainty of the parameters is doubled",
-    "close wide": "odds of only {odds:.0f} : 1 against it if the uncertainty of the parameters is doubled",
+    "search ended": "the most probable that meets the rules, with this number of effects",
+    "close": "odds {odds:.2g} : 1 against it{unusual}",
+    "alike": "same effect on the data (cosine {cosine:.3f}; odds {odds:.2g} : 1 against it){unusual}",
+    "ahead": "more probable than the leading hypothesis ({odds:.2g} : 1), but {why}",
+    "one more": "one more effect, odds {odds:.0f} : 1 for it: too low to add it",
+    "leads wide": "the most probable with doubled parameter uncertainties",
+    "close wide": "odds {odds:.0f} : 1 against it with doubled parameter uncertainties",
     # hypotheses that are refused
-    "fails": "does not hold: {rules}",
-    "not converged": "its fit did not converge: it is not judged",
+    "fails": "rules not met: {rules}",
+    "not converged": "its fit did not converge, so it is not judged",
     "at bound": "at a bound or of an unphysical sign: {sizes}",
     "too small": "too small to matter: {names}",
-    "two unusual": "more than one of its sizes seldom occurs ({sizes})",
-    "unusual misfit": "of a size that seldom occurs ({sizes}), and it does not fit",
-    "unusual not white": "of a size that seldom occurs ({sizes}), and what it leaves is not white noise",
-    "nothing": "nothing is missing, if the data alone decide",
+    "two unusual": "more than one rare size ({sizes})",
+    "unusual misfit": "of a rare size ({sizes}), and it does not fit",
+    "unusual not white": "of a rare size ({sizes}), and its residuals are not white noise",
+    "nothing": "by the data alone nothing is missing",
     "misfit": "it does not fit",
-    "not clear": "not clearly so (above {limit:g} : 1)",
-    "elsewhere": "the search adds an effect only where it is clear and data left out gain by it",
+    "not clear": "odds below {limit:g} : 1",
+    "elsewhere": "the search adds an effect only with clear odds and a better held-out score",
 }
 
 
@@ -58,7 +60,7 @@ class Reason:
 
 @dataclass(frozen=True)
 class Separation:
-    """A further measurement and its gain: the smallest predicted distance of the leader to a rival, in sd."""
+    """A further measurement and its gain: the smallest predicted distance of the leader to an alternative, in sd."""
 
     what: str  # the measurement, in words
     gain: float  # sd
@@ -88,7 +90,7 @@ class Named:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A term without a cause that would take the place of what is unexplained: its value and the chi^2 it leaves."""
+    """An empirical term that reproduces what is unexplained: its value and the chi^2 with it."""
 
     what: str  # the term, in words
     value: float  # of its size, in its unit
@@ -106,34 +108,46 @@ class Judged:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict on what is missing, relative to the library that was tried."""
+    """Verdict on missing effects, relative to the library that was tried."""
 
-    # none, named, class, partial (something named, a gap remains), tentative (an effect explains the data, with a
-    # reservation) or unknown
+    # none, named, class, partial (something named, a significant misfit remains), tentative (an effect explains the
+    # data, with a reservation) or unknown
     verdict: str
     effects: tuple[Named, ...]  # the leading effect or effects; empty for none and unknown
-    equivalent: tuple[str, ...]  # hypotheses that the data cannot tell apart, the leader first
+    equivalent: tuple[str, ...]  # hypotheses that the data cannot distinguish, the leader first
     posterior: Mapping[str, float]  # probability of each hypothesis, most probable first
     chi2: Mapping[str, float]  # n, nominal, nuisance_only, final, penalty
     # sqrt(max(0, chi^2/n - 1)) on held-out data over that of the nominal model; None if that has no gap
     held_out_gap: Mapping[str, float | None]
-    separating_measurements: tuple[Separation, ...]  # what would tell the class apart, best first
+    separating_measurements: tuple[Separation, ...]  # measurements that distinguish the class, best first
     goodness_of_fit_p: float  # P(chi^2 larger) of the final model
-    alone_p: float = 0.0  # the same of the base model with its parameters adjusted
+    alone_p: float = 0.0  # the same of the base model with re-estimated parameters
     checks: tuple[AcceptanceCheck, ...] = ()  # the rules of acceptance
-    mimics: tuple[Mimic, ...] = ()  # what would take the place of the rest
+    mimics: tuple[Mimic, ...] = ()  # empirical terms that reproduce the remainder
     refused: Mapping[str, str] = field(default_factory=dict)  # effects that were not tried, and why
-    warnings: tuple[str, ...] = ()  # what was assumed, and what the reader must know
-    # member of the class -> why it cannot be told from the leader
+    warnings: tuple[str, ...] = ()  # assumptions and notes
+    # member of the class -> why it cannot be distinguished from the leader
     reasons: Mapping[str, Reason] = field(default_factory=dict)
     # hypothesis more probable than what is named, its probability, the rule that it fails
     refused_leaders: tuple[tuple[str, float, Reason], ...] = ()
     judged: Judged | None = None  # what was judged, if nothing is named
     nearest: Judged | None = None  # then the most probable hypothesis that converged, of those that fit if one does
     titles: Mapping[str, str] = field(default_factory=dict)  # plain name of each effect that a sentence may name
-    # parameters that closed the gap of the base model if nothing is missing, the farthest first; empty if it has none
+    # if nothing is missing: parameters whose shifts closed the base model's discrepancy, the largest first
     absorbed: tuple[Moved, ...] = ()
-    members: str = "effects"  # what the class holds: effects, mistakes of the measurement or its file, or both
+    members: str = (
+        "effects"  # what the class holds: effects, errors of the measurement or its file ("mistakes"), or both
+    )
+
+    @property
+    def probability(self) -> float:
+        """Probability of what the verdict names, all members of the class together, or that nothing is missing."""
+        return sum(self.posterior.get(name, 0.0) for name in self.equivalent or (NOTHING,))
+
+    @property
+    def nominal_p(self) -> float:
+        """P(chi^2 larger) of the base model as stated."""
+        return float(chdtrc(self.chi2["n"], self.chi2["nominal"]))
 
     @property
     def failed(self) -> tuple[AcceptanceCheck, ...]:
@@ -142,7 +156,7 @@ class Verdict:
 
     @property
     def complaints(self) -> list[str]:
-        """Clauses on the rules that do not hold; where nothing may be missing anyway, none on wider priors."""
+        """Clauses on the rules that do not hold; none on wider priors where nothing may be missing without them."""
         implied = "wide_priors" if any(c.rule == "nothing_unlikely" for c in self.failed) else ""
         return [c.complaint for c in self.failed if c.rule != implied]
 
@@ -158,7 +172,7 @@ class Verdict:
 
     @property
     def rivals(self) -> tuple[str, ...]:
-        """Hypotheses that the data cannot tell from the leader."""
+        """Hypotheses that the data cannot distinguish from the leader."""
         return self.equivalent[1:]
 
     @property
@@ -170,29 +184,29 @@ class Verdict:
 
     @property
     def closest(self) -> Judged | None:
-        """Hypothesis, perhaps that of no effect, that comes nearest to explaining the data if nothing is named."""
+        """Hypothesis, or that of no effect, that comes closest to explaining the data if nothing is named."""
         return self.nearest or self.judged
 
     @property
     def look_alike(self) -> Judged | None:
-        """Hypothesis that comes nearest to explaining the data if nothing is named; None if it has no effect."""
+        """Closest hypothesis with an effect if nothing is named; None if it has none."""
         return self.closest if self.closest is not None and self.closest.name != NOTHING else None
 
     @property
     def look_alike_is_judged(self) -> bool:
-        """The look-alike is what was judged, so the rules that do not hold are its own."""
+        """The closest alternative is what was judged, so the rules that do not hold are its own."""
         return self.look_alike is not None and self.judged is not None and self.look_alike.name == self.judged.name
 
     @property
     def look_alike_refusal(self) -> Reason | None:
-        """Why the look-alike is refused though it is more probable than what is named; None if it is not."""
+        """Why the closest alternative is refused though more probable than what is named; None if it is not."""
         if self.look_alike is None:
             return None
         return next((why for name, _, why in self.refused_leaders if name == self.look_alike.name), None)
 
     @property
     def leaves_more(self) -> bool:
-        """More than noise is left: a significant gap, or after a tentative name what terms without a cause explain."""
+        """The residuals exceed noise, or after a tentative name empirical terms still explain some of them."""
         terms_explain_more = any(c.rule == "nothing_left" for c in self.failed)
         return self.verdict in ("unknown", "partial") or (self.verdict == "tentative" and terms_explain_more)
 

@@ -115,9 +115,11 @@ def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, 
     assert any(line.endswith(f"Report: {out / 'report.html'}") for line in shown)
     assert (found["stability"] is not None) == variants
     if variants:
-        assert found["stability"]["sentence"] in shown[0]
+        confidence = next(line for line in shown if line.startswith("confidence: named, probability "))
+        assert found["stability"]["sentence"] in confidence
     main(["modes", str(out / "model.toml"), "--speeds", "4:6:1"])
     assert "weave" in capsys.readouterr().out
     text = read_report(out)
-    assert re.search(r"\*\*Added\.\*\* `model.toml`, parameters adjusted \(farthest: .*\), steer_damper added", text)
+    written = r"`model.toml` with steer_damper added, parameters re-estimated \(largest shift: .*\)"
+    assert re.search(rf"\*\*Model file:\*\* {written}", text)
     assert isinstance(found["moved"], list)

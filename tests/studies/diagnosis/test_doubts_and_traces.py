@@ -26,7 +26,9 @@ def test_an_absurd_gap_asks_for_units(damped):
     absurd.hypotheses = SimpleNamespace(null=SimpleNamespace(chi2=1.1e4 * len(damped.nominal)))
     absurd.verdict = SimpleNamespace(verdict="unknown", equivalent=())
     (found,) = doubts(absurd)
-    assert found.startswith("chi^2 is 1.1e+04 a number even with the parameters adjusted: check the units")
+    assert found.startswith(
+        "the misfit per data point (chi^2) is 1.1e+04 with re-estimated parameters: first check units"
+    )
     absurd.verdict = SimpleNamespace(verdict="class", equivalent=())
     assert doubts(absurd) == ()
 
@@ -39,8 +41,8 @@ def test_another_bicycle_is_asked_about(modal, begun, tmp_path):
     file.write_text(file.read_text().replace(f'"{own}"', '"crescendo"'))
     (asked,) = doubts(begun(read_measurement(file), verdict="unknown"))
     told = re.match(
-        r"the parameters went farther than their stated or assumed standard deviations allow \((\w+) "
-        r"[+-]([\d.]+) sd, \w+ [+-][\d.]+ sd, \w+ [+-][\d.]+ sd\): is the bicycle of the file the one",
+        r"parameter shifts exceed the stated or assumed standard uncertainties \((\w+) "
+        r"[+-]([\d.]+) SD, \w+ [+-][\d.]+ SD, \w+ [+-][\d.]+ SD\): check that the file describes the bicycle as ridden",
         asked,
     )
     assert told
@@ -69,7 +71,7 @@ def test_channels_that_fit_each_other_are_not(histories):
 def test_a_channel_far_below_its_noise_is_asked_about(histories):
     faint = scaled(histories, "steer_rad", 1e-5)
     assert any(doubt.startswith("steer_rad: its root mean square is ") for doubt in doubts(_of(faint)))
-    assert all("next to nothing" not in doubt for doubt in doubts(_of(scaled(histories, "steer_rad", 0.3))))
+    assert all("almost no information" not in doubt for doubt in doubts(_of(scaled(histories, "steer_rad", 0.3))))
 
 
 def _of(measurement):
@@ -102,14 +104,14 @@ def test_traces_leave_what_the_noise_is(histories, tmp_path):
     )  # fmt: skip
     assert draw_traces(judgement, tmp_path / "traces")
     svg = (tmp_path / "traces.svg").read_text(encoding="utf-8")
-    for words in ("measured", "base model", "parameters adjusted", "time, s", *forward.noise):
+    for words in ("measured", "base model", "parameters re-estimated", "time, s", *forward.noise):
         assert f"<!-- {words} -->" in svg, words
     assert "with" not in {line for line in svg.splitlines() if line.strip().startswith("<!--")}
-    assert "beyond the frame" not in svg
+    assert "outside the axis" not in svg
     wild = dataclasses.replace(null, theta=null.theta * 1.5)
     assert draw_traces(
         dataclasses.replace(judgement, final=wild, hypotheses=SimpleNamespace(null=wild)), tmp_path / "w"
     )
     svg = (tmp_path / "w.svg").read_text(encoding="utf-8")
-    assert "<!-- beyond the frame: -->" in svg
-    assert re.search(r"<!-- parameters adjusted: -\S+ \.\. \S+ -->", svg)
+    assert "<!-- outside the axis: -->" in svg
+    assert re.search(r"<!-- parameters re-estimated: -\S+ \.\. \S+ -->", svg)

@@ -200,7 +200,7 @@ def test_one_speed_names_nothing_neither_do_its_repeats_nor_one_run(tmp_path):
     assert set(three.prepare().rows.fold) == {0, 1, 2}
     one_speed = among(three, FEWER).verdict  # repeats are no evidence: any flexible mix passes them
     assert (one_speed.verdict, one_speed.effects) == ("unknown", ())
-    assert [check.passed for check in one_speed.checks if "two speeds" in check.what] == [False]
+    assert [check.passed for check in one_speed.checks if check.rule == "varied"] == [False]
     found = among(dataclasses.replace(three, runs=three.runs[:1]), FEWER)
     assert found.verdict.verdict == "unknown"
     assert any("one run: nothing can be held out" in w for w in found.verdict.warnings)
@@ -212,7 +212,7 @@ def test_advice_for_histories_ranks_forced_inputs_too(tmp_path):
     _, measurement = case(tmp_path, ("crown_radius",), 26, noise=2.0, forced=False, **FEW)
     found = among(measurement, LIKELY).verdict
     assert (found.verdict, set(found.equivalent)) == ("class", {"crown_radius", "pneumatic_trail"})
-    assert found.separating_measurements[0].what.startswith("round cross-section of the tyre, measured by itself (")
+    assert found.separating_measurements[0].what.startswith("round cross-section of the tyre, measured separately (")
     assert any(s.what.startswith("swept steer torque") and s.gain > 0.5 for s in found.separating_measurements)
 
 

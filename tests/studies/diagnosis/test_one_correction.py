@@ -1,4 +1,4 @@
-"""What, Shown, Added and model.toml against each other, for every word of a verdict (synthetic, from other equations).
+"""What, Evidence, Model file and model.toml against each other, for every verdict (synthetic, other equations).
 
 The steering damper of the blind generator is hidden in all of them. Each word is given to a hypothesis that it suits:
 the damper where it is named, a spring beside which much is left, nothing but the parameters.
@@ -75,10 +75,10 @@ def test_the_model_file_holds_what_the_line_says_is_added(reported):
     wanted += ["unmodelled_torque"] if word in KEEP_A_TORQUE else []
     base = {e.identifier for e in diagnosis.kind.model.effects}
     assert set(content.get("effects", {})) - base == set(wanted)
-    assert f", {' + '.join(wanted) or 'nothing'} added" in screen["added"]
+    assert f"`model.toml` with {' + '.join(wanted) or 'nothing'} added, " in screen["model"]
     assert f"{' + '.join(wanted) or 'nothing'} added" in content["description"]
-    assert ("a torque without a cause (" in screen["what"]) == (word in KEEP_A_TORQUE)
-    assert ("With the unmodelled torque" in screen["shown"]) == (word in KEEP_A_TORQUE)
+    assert ("an empirical torque (" in screen["what"]) == (word in KEEP_A_TORQUE)
+    assert ("With the unmodelled torque" in screen["evidence"]) == (word in KEEP_A_TORQUE)
 
 
 def test_sizes_in_the_sentence_are_those_of_the_model_file(reported):
@@ -92,7 +92,7 @@ def test_sizes_in_the_sentence_are_those_of_the_model_file(reported):
             own = model.parameters[key], model.sd[key]
             if word not in KEEP_A_TORQUE:
                 assert own == pytest.approx((value, sd), rel=1e-6)
-            beside = told.partition("Beside it")[2] if word in KEEP_A_TORQUE else told
+            beside = told.partition("With it")[2] if word in KEEP_A_TORQUE else told
             if own[1] < abs(own[0]):
                 assert f"{name} {own[0]:.3g} ± {own[1]:.2g} " in beside
     if word in KEEP_A_TORQUE:
@@ -114,9 +114,9 @@ def test_the_farthest_parameter_is_that_of_the_model_file(reported):
     shifts = shifts_of(read_model(folder / "model.toml"), diagnosis.kind)
     name = max(shifts, key=lambda key: abs(shifts[key]))
     plain = {"c": "trail", "lam": "steer axis tilt", "w": "wheelbase", "mB": "mass of frame and rider"}.get(name, name)
-    assert f"(farthest: {plain} {shifts[name]:+.1f} sd)" in screen["added"]
+    assert f"(largest shift: {plain} {shifts[name]:+.1f} SD)" in screen["model"]
     if word in KEEP_A_TORQUE:
-        assert f"the farthest parameter is {plain} {shifts[name]:+.1f} sd from what was stated" in screen["shown"]
+        assert f" % remains; largest parameter shift: {plain} {shifts[name]:+.1f} SD." in screen["evidence"]
 
 
 def test_the_json_says_the_same(reported):
@@ -132,11 +132,11 @@ def test_the_json_says_the_same(reported):
     assert (found["gap"]["with_torque"] is not None) == (word in KEEP_A_TORQUE)
 
 
-def test_after_unknown_what_leaves_at_most_twice_as_much_is_told(reported):
+def test_after_unknown_single_effects_with_at_most_twice_the_discrepancy_are_listed(reported):
     """By hand, of the hypotheses' sums of squares."""
     word, diagnosis, screen, _ = reported
     if word != "unknown":
-        assert "the nearest" not in screen["shown"]
+        assert "the closest" not in screen["evidence"]
         return
     n, known = len(diagnosis.nominal), diagnosis.hypotheses
     base = float(diagnosis.nominal @ diagnosis.nominal)
@@ -145,10 +145,10 @@ def test_after_unknown_what_leaves_at_most_twice_as_much_is_told(reported):
         fit = known.null if name == "none" else known.find(frozenset({name}))
         return np.sqrt(max(0.0, fit.chi2 / n - 1) / (base / n - 1))
 
-    told = screen["shown"].partition("On the fitted data ")[2]
-    assert told.startswith(f"the parameters alone leave {100 * left('none'):.0f} %, the nearest")
+    told = screen["evidence"].partition("On the fitted data ")[2]
+    assert told.startswith(f"{100 * left('none'):.0f} % remains with re-estimated parameters alone, ")
     nearest = diagnosis.verdict.look_alike.name
     assert nearest == "steer_damper"
-    assert f"look-alike, {nearest}, {'nothing' if left(nearest) == 0 else '%.0f %%' % (100 * left(nearest))}." in told
+    assert f", {100 * left(nearest):.0f} % with the closest alternative, {nearest}." in told
     within = left("steer_spring") <= 2 * left(nearest)
     assert ("steer_spring" in told) == within

@@ -55,12 +55,14 @@ def test_what_is_named_predicts_runs_that_were_never_fitted(told):
 
 def test_the_page_says_so(told):
     page = read_report(told)
-    assert "**Shown.** On runs that were never fitted" in page
-    assert re.search(r"parameters adjusted \(farthest: trail -[\d.]+ sd\), nothing added", page)
-    assert "nothing added (not steer_friction: a model file cannot hold it)" in page
-    section = page.split("Runs that were never fitted</summary>")[1].split("</details>")[0]
+    assert "**Evidence:** On held-out runs" in page
+    assert re.search(
+        r"`model.toml` with nothing added, parameters re-estimated \(largest shift: trail -[\d.]+ SD\)", page
+    )
+    assert "Not added, as a model file cannot contain it: steer_friction." in page
+    section = page.split("Held-out runs</summary>")[1].split("</details>")[0]
     assert "| rms residual of roll_rate_rad_s |" in section
-    assert "| gap of 4 runs |" in section
+    assert "| discrepancy of 4 runs |" in section
     assert "never fitted, only predicted: kick_4.6_b.csv, kick_5.2_b.csv" in page
 
 
@@ -86,9 +88,12 @@ def test_where_nothing_is_named_the_words_tell_single_effects_from_several():
     assert alike.adjusted == pytest.approx(kicks.gap["nuisance_only"])
     assert (alike.best_single, alike.tried) == (("steer_damper", pytest.approx(kicks.gap["single_effect"])), 2)
     assert alike.best_single[1] > 0.99 * alike.adjusted  # without the drift the damper predicts nothing
-    shown = next(line for line in terminal(diagnosis, findings).splitlines() if line.startswith("shown: "))
-    assert f"On these runs the parameters alone leave {100 * alike.adjusted:.0f} %, the nearest look-alike, " in shown
-    assert f"drift + steer_spring, {100 * alike.left:.0f} %. No single effect leaves" in shown
+    shown = next(line for line in terminal(diagnosis, findings).splitlines() if line.startswith("evidence: "))
+    assert f"On these runs {100 * alike.adjusted:.0f} % remains with re-estimated parameters alone, " in shown
+    assert (
+        f"{100 * alike.left:.0f} % with the closest alternative, drift + steer_spring. No single effect improves"
+        in shown
+    )
 
 
 def test_an_unmodelled_torque_predicts_them_too():
@@ -100,7 +105,7 @@ def test_an_unmodelled_torque_predicts_them_too():
     assert kicks.chi2["with_torque"] < kicks.chi2["final"]
     assert record(diagnosis, findings)["predicted"][0]["gap"]["with_torque"] == kicks.gap["with_torque"]
     shown = page(diagnosis, findings, {"unmodelled_torque": ""})
-    assert "| with an unmodelled torque, parameters adjusted |" in shown
+    assert "| with an unmodelled torque, parameters re-estimated |" in shown
 
 
 def test_a_base_model_that_falls_over_or_has_no_gap_gives_no_share():

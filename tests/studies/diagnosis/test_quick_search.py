@@ -98,8 +98,8 @@ def test_the_screen_says_that_the_search_was_quick(tmp_path, capsys):
     assert json.loads((tmp_path / "v.json").read_text())["search"] == "quick"
     shown = capsys.readouterr().out
     assert shown.startswith("quick search, single effects by least squares and BIC")
-    assert "Nothing was left out: on the fitted data" in shown
-    assert "next: the whole search, without --quick." in shown
+    assert "evidence: On the fitted data (quick search: nothing held out)" in shown
+    assert "next: Run the full search, without --quick." in shown
     assert len(shown.splitlines()) <= 12
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from read_report import read_report
+from scipy.stats import chi2
 
 from studies.diagnosis import (
     BEFORE_AFTER,
@@ -45,6 +46,7 @@ from studies.inference import (
 from studies.reporting import made_by
 from tyre.ground import InputError
 
+WHERE = r"\*\*Where:\*\* [ab]: measured [\d.]+ above the base model \(mean measured [\d.]+\), time [\d.]+ to 6 s\."
 PLACES = np.repeat(np.arange(1.0, 7.0), 4)
 POWERS = {"linear": 1, "alike": 1, "shift": 0, "bias": 2}
 
@@ -159,19 +161,24 @@ def test_the_story_credits_the_effect_alone_before_the_parameters(one):
     assert held.adjusted < held.without_effect < held.base
 
 
-def test_the_first_screen_tells_where_what_how_sure_and_what_is_shown(one):
+def test_the_first_screen_states_what_confidence_where_and_evidence(one):
     text = first_screen(written(one))
     (effect,) = one.verdict.effects
     value, sd = effect.parameters["rate"]
     assert value == pytest.approx(9.0, abs=4 * sd)
-    assert f"**What.** Missing: linear (rate {value:.3g} ± {sd:.2g} m/s)." in text
-    assert "**How sure.** Named." in text
+    assert f"**What:** Missing effect: linear (rate {value:.3g} ± {sd:.2g} m/s)." in text
+    assert f"**Confidence:** named, probability {probability(one.verdict.posterior['linear'])}. " in text
+    closest = find(one).alternative
+    by_hand = next(f for f in one.hypotheses.rank() if not f.identifiers >= {"linear"} and f.admissible)
+    assert (closest.name, closest.misfit) == (by_hand.name, pytest.approx(by_hand.chi2 / 24))
+    assert f"Closest alternative: {said(closest.name)}, probability {probability(closest.probability)}, " in text
+    assert f"remaining misfit {closest.misfit:.3g} per data point (verdict: {one.final.chi2 / 24:.3g})." in text
     where = find(one).where
     assert where.by == pytest.approx((one.kind.readings - 2)[np.abs(one.nominal) > 2].mean(), rel=0.6)
-    assert re.search(r"\*\*Where\.\*\* [ab]: measured [\d.]+ above the base model, time [\d.]+ to 6 s\.", text)
+    assert re.search(WHERE, text)
     assert find(one).story.held_out.remaining_share("effect_alone") == 0.0
-    assert "it alone leaves nothing of the base model's gap" in text
-    assert "and the tyre would have to be another one: level" in text
+    assert "On held-out data it alone closes the base model's discrepancy" in text
+    assert "remains, with implausible parameter shifts: level" in text
     for word in ("χ²", "p =", "odds", "chi^2"):
         assert word not in text
     assert len(text.split()) < 250
@@ -194,15 +201,21 @@ def test_the_terminal_has_twelve_lines_at_most(one, nothing, several):
 
 def test_where_nothing_is_named_nothing_is_said_to_be(nothing):
     text = written(nothing)
-    assert "**What.** No missing effect is detected: the base model fits as it stands." in text
+    p = probability(chi2.sf(float(nothing.nominal @ nothing.nominal), 24))
+    expected = f"No missing effect detected: the base model's residuals are consistent with noise (p = {p})."
+    assert f"**What:** {expected}" in text
     assert "could hide" not in text
-    assert "the base model has no gap beyond noise." in text
-    assert "of the base model's gap" not in text  # a share of what is no more than noise
+    misfits = find(nothing).story.held_out.misfits
+    assert (
+        f"On held-out data the misfit per data point is {misfits['base']:.3g} with the base model and "
+        f"{misfits['adjusted']:.3g} with re-estimated parameters (noise: 1)." in text
+    )
+    assert "base model's discrepancy" not in text  # a share of what is no more than noise
     share = probability(nothing.verdict.posterior["none"])
-    assert f"**How sure.** Probability that nothing is missing: {share}." in text
-    assert list(titles(nothing).values()) == ["base model", "parameters adjusted"]
+    assert f"**Confidence:** no missing effect, probability {share}. Closest alternative: " in text
+    assert list(titles(nothing).values()) == ["base model", "parameters re-estimated"]
     assert find(nothing).story.gap.effect_alone is None
-    assert list(residuals(nothing)) == ["base model", "parameters adjusted"]
+    assert list(residuals(nothing)) == ["base model", "parameters re-estimated"]
 
 
 def test_where_parameters_alone_close_a_gap_the_words_say_which_and_that_an_effect_may_hide(nothing):
@@ -214,13 +227,13 @@ def test_where_parameters_alone_close_a_gap_the_words_say_which_and_that_an_effe
     assert found.verdict.absorbed[0].name == "level"
     assert found.verdict.absorbed[0].shift == pytest.approx(level / 0.5, rel=1e-6)
     words = record(found, find(found))["sentence"]
-    assert "No missing effect is detected: the base model fits with its parameters adjusted." in words
+    p = probability(found.hypotheses.null.goodness)
     assert (
-        f"What closed its gap: level {2 + level:.2f} instead of 2.00 ± 0.50 m ({level / 0.5:+.1f} of the stated sd)"
-        in words
+        f"No missing effect detected: after re-estimation the residuals are consistent with noise (p = {p})." in words
     )
+    assert f"Parameter shifts: level {2 + level:.2f} instead of 2.00 ± 0.50 m ({level / 0.5:+.1f} stated SD)" in words
     assert ("swing" in words) == (abs(swing / 0.5) > 0.5)
-    assert words.endswith("A missing effect could hide there.")
+    assert words.endswith("A missing effect could hide in them.")
     assert nothing.verdict.absorbed == ()
 
 
@@ -230,20 +243,21 @@ def test_a_parameter_that_went_far_is_told_whole_beside_what_was_stated_of_it(no
     tilt = Moved("lam", "rad", 0.3665, 0.010, 0.3364, 0.006, -3.01, -3.01, assumed=True)
     mass = Moved("mB", "kg", 81.2, 10.0, 120.4, 4.0, 3.92, 3.92)
     words = sentence(changed(nothing, absorbed=(trail, tilt, mass)).verdict)
-    assert "trail 104 instead of 42 ± 30 mm (+2.1 of the stated sd), " in words
-    assert "steer axis tilt 19.27 instead of 21.00 ± 0.57 deg (-3.0 of an assumed sd), " in words
-    assert "mass of frame and rider 120 instead of 81 ± 10 kg (+3.9 of the stated sd)." in words
+    assert "trail 104 instead of 42 ± 30 mm (+2.1 stated SD), " in words
+    assert "steer axis tilt 19.27 instead of 21.00 ± 0.57 deg (-3.0 assumed SD), " in words
+    assert "mass of frame and rider 120 instead of 81 ± 10 kg (+3.9 stated SD)." in words
 
 
 def test_figures_and_tables_call_a_hypothesis_alike(one, folder):
-    assert said("none") == "parameters adjusted"
+    assert said("none") == "parameters re-estimated"
     assert said("a+b") == "a + b"
     text = read_report(folder)
     assert text.endswith(made_by())
     story = (folder / "story.svg").read_text(encoding="utf-8")
     drawn = (folder / "before_after.svg").read_text(encoding="utf-8")
     assert list(titles(one).values()) == [
-        "base model", "+ linear alone", "+ linear, parameters adjusted", "without linear, parameters adjusted",
+        "base model", "+ linear alone", "+ linear, parameters re-estimated",
+        "without linear, parameters re-estimated",
     ]  # fmt: skip
     for title in titles(one).values():
         assert f"<!-- {title} -->" in story
@@ -256,29 +270,32 @@ def test_a_size_that_its_sd_exceeds_is_not_printed(one):
     (effect,) = one.verdict.effects
     loose = changed(one, effects=(dataclasses.replace(effect, parameters={"rate": (0.5, 0.6)}),))
     text = written(loose)
-    assert "Missing: linear." in text
-    assert "| linear | rate | left open | - |" in text
+    assert "Missing effect: linear." in text
+    assert "| linear | rate | not determined | - |" in text
 
 
 def test_each_member_of_a_class_says_why(several):
     leader, other = several.verdict.equivalent
     text = written(several)
-    assert f"Missing, one of these: {leader} (rate" in text
+    assert f"Missing effect, one of these: {leader} (rate" in text
     assert f", or {other}." in text
     assert f"- {other}: {several.verdict.reasons[other]}" in text
     fates = fate(several)
     assert (fates[leader], fates[other]) == ("leads", "not ruled out")
     findings = find(several)
     assert len(findings.between) == 2
+    assert findings.alternative.name == other
+    assert f"**Confidence:** one of 2, probability together {probability(several.verdict.probability)}. " in text
 
 
 def test_what_is_far_more_probable_but_refused_has_its_own_sentence(one):
-    rule = Reason("fails", rules="a size that occurs")
+    rule = Reason("fails", rules="a usual size")
     found = changed(one, refused_leaders=(("shift", 0.999, rule),), posterior={"shift": 0.999, "linear": 1e-4})
-    assert f"Far more probable, but refused: shift ({rule})." in first_screen(written(found))
+    assert f"At least 1000 times as probable but refused: shift ({rule})." in first_screen(written(found))
     assert fate(found)["shift"] == f"refused: {rule}"
     near = changed(one, refused_leaders=(("shift", 0.6, rule),), posterior={"shift": 0.6, "linear": 0.4})
-    assert "Far more probable" not in written(near)
+    assert "but refused: shift" not in first_screen(written(near))
+    assert "times as probable" not in written(near)
 
 
 def test_effects_of_one_family_are_one_answer():
@@ -287,7 +304,7 @@ def test_effects_of_one_family_are_one_answer():
     both = [dataclasses.replace(growth(name), family="a growth") for name in ("linear", "alike")]
     found = Diagnosis(model=None, **vars(judge(Line(data, tuple(both)))))
     assert (found.verdict.verdict, set(found.verdict.equivalent)) == ("named", {"linear", "alike"})
-    assert "would do the same: a growth." in first_screen(written(found))
+    assert "Equivalent: alike (a growth)." in first_screen(written(found))
 
 
 def test_an_effect_without_numbers_is_not_printed_empty():
@@ -306,11 +323,11 @@ def test_a_section_that_fails_costs_only_itself(one, tmp_path, monkeypatch):
     monkeypatch.setattr("studies.diagnosis.report.draw_story", broken)
     write_report(one, tmp_path)
     text = read_report(tmp_path)
-    assert "could not be made: what could still be there (ZeroDivisionError: by nothing)" in text
-    assert "could not be made: figure story" in text
-    assert "**What.** Missing: linear" in text
+    assert "not computed: upper limits (ZeroDivisionError: by nothing)" in text
+    assert "not computed: figure story" in text
+    assert "**What:** Missing effect: linear" in text
     found = json.loads((tmp_path / "verdict.json").read_text())
-    assert found["failed_sections"] == {"what could still be there": "ZeroDivisionError: by nothing"}
+    assert found["failed_sections"] == {"upper limits": "ZeroDivisionError: by nothing"}
     assert (tmp_path / "before_after.png").exists()
 
 
@@ -322,7 +339,7 @@ def test_json_has_what_the_page_says(one, folder):
         "base", "effect_alone", "adjusted", "with_torque", "without_effect", "without_effect_moved_sd", "noise",
     }  # fmt: skip
     assert set(found["gap"]) == set(found["held_out"])
-    assert {"series", "speeds", "by", "unit"} <= set(found["where"])
+    assert {"series", "speeds", "by", "unit", "measured"} <= set(found["where"])
     assert found["upper_limits"][0]["effect"] == "shift"
     assert len(found["stability"]["variants"]) == len(findings.stability.outcomes)
     assert found["stability"]["sentence"] in read_report(folder)
@@ -339,7 +356,7 @@ def test_the_page_folds_its_details(one, folder):
 
 
 def test_no_model_is_written_where_there_is_no_bicycle(one, folder):
-    assert "**Added.** no model file." in read_report(folder)
+    assert "**Model file:** None." in read_report(folder)
     assert not (folder / "model.toml").exists()
 
 
@@ -388,31 +405,39 @@ def test_a_verdict_with_a_number_that_is_none_leaves_no_report(nothing, tmp_path
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"verdict": "unknown", "judged": None}, "Not known. No effect of the library makes the data more probable."),
+        (
+            {"verdict": "unknown", "judged": None},
+            "No effect identified. No effect of the library makes the data more probable.",
+        ),
         (
             {"verdict": "unknown", "judged": Judged("a", 99.0, 1e-9), "nearest": Judged("b", 50.0, 1e-3)},
-            "Not known. No effect of the library explains the gap. Nearest look-alike: b; not named: it leaves more",
+            "No effect identified. No effect of the library explains the discrepancy. Closest alternative: b; "
+            "not named: residuals exceed noise (p = 0.001).",
         ),
         (
             {"verdict": "unknown", "judged": Judged("a", 99.0, 1e-9), "nearest": Judged("b", 9.0, 0.3),
              "refused_leaders": (("b", 0.9, Reason("elsewhere")),)},
-            f"Nearest look-alike: b; not named: {Reason('elsewhere')}.",
+            "The best explanation fails the acceptance rules. Closest alternative: b; "
+            f"not named: {Reason('elsewhere')}.",
         ),
-        ({"verdict": "unknown", "alone_p": 0.5}, "Not known. The data do not decide whether something is missing."),
+        (
+            {"verdict": "unknown", "alone_p": 0.5},
+            "No effect identified. The data do not show whether an effect is missing.",
+        ),
         (
             {"verdict": "named", "effects": (Named("a", {}), Named("b", {}, mistake=True))},
-            "Missing: a, and in the ride, the measurement or its file: b.",
+            "Missing effect: a; and an error of the ride, the measurement or its file: b.",
         ),
         (
             {"verdict": "class", "members": "both", "equivalent": ("a", "b"), "effects": (Named("a", {}),)},
-            "Missing or in error, one of these: a, or b.",
+            "Missing effect or measurement error, one of these: a, or b.",
         ),
-        ({"verdict": "partial", "effects": (Named("a", {}),)}, "In part a; the rest is not known"),
+        ({"verdict": "partial", "effects": (Named("a", {}),)}, "Partly explained by a. The remainder is unexplained: "),
         (
             {"verdict": "tentative", "effects": (Named("a", {}),),
              "checks": (AcceptanceCheck("nothing_unlikely", "0.2", False),
                         AcceptanceCheck("wide_priors", "0.9", False))},
-            "Probably a, not proven: possibly nothing is missing.",
+            "Not proven: a. Reservation: P(nothing missing) = 0.2, limit 0.05.",
         ),
     ],
 )  # fmt: skip

@@ -72,8 +72,8 @@ def test_the_json_has_the_torque_with_its_covariance(reported):
 
 def test_the_page_has_a_section_with_its_figure(reported):
     text = read_report(reported.folder)
-    section = text.split("What could not be named</summary>")[1].split("</details>")[0]
-    assert "is kept as a torque linear in the state (`unmodelled_torque`): not a cause." in section
+    section = text.split("Unmodelled torque</summary>")[1].split("</details>")[0]
+    assert "is fitted by an empirical torque, linear in the state (`unmodelled_torque`)." in section
     value = reported.findings.torque.values["steer_from_steer_rate"]
     assert f"| steer torque from steer rate | {number(value, 3)} N m s/rad |" in section
     assert (reported.folder / "unmodelled_torque.png").stat().st_size > 10_000
@@ -89,11 +89,11 @@ def test_other_commands_read_the_corrected_model(reported, printed, command):
 
 def test_nothing_is_said_if_nothing_was_left_open_and_a_refusal_says_why(reported):
     closed = dataclasses.replace(reported.findings, torque=None)
-    assert "What could not be named" not in page(reported.diagnosis, closed, {})
+    assert "Unmodelled torque</summary>" not in page(reported.diagnosis, closed, {})
     assert record(reported.diagnosis, closed)["unmodelled_torque"] is None
     refused = dataclasses.replace(closed, no_torque="all data are of one run")
     text = page(reported.diagnosis, refused, {})
-    assert "No unmodelled torque is kept: all data are of one run." in text
+    assert "No unmodelled torque is fitted: all data are of one run." in text
     assert record(reported.diagnosis, refused)["unmodelled_torque"] == {
         "fitted": False,
         "why": "all data are of one run",
@@ -106,7 +106,7 @@ def test_the_gain_on_data_left_out_is_told_in_chi2(reported):
     before, after = HeldOut(0.0, np.full(n, 0.5)), HeldOut(0.0, np.full(n, 0.25))
     closed = dataclasses.replace(torque, before=before, after=after)
     told = page(reported.diagnosis, dataclasses.replace(reported.findings, torque=closed), {})
-    assert f"χ² of {n} held-out numbers: {n / 4:.1f} without it, {n / 16:.2f} with it." in told
+    assert f"χ² of {n} held-out data points: {n / 4:.1f} without it, {n / 16:.2f} with it." in told
 
 
 def test_it_cannot_be_asked_for(reported, capsys):
@@ -184,4 +184,4 @@ def test_a_model_that_cannot_be_names_the_value_and_what_to_do(reported):
     assert "rider_lean" in made.error
     assert "negative principal inertia -" in made.error
     text = page(reported.diagnosis, reported.findings, {}, made)
-    assert "**Added.** no model: the base model cannot take the values of rider_lean" in text
+    assert "**Model file:** None: the base model cannot take the values of rider_lean" in text

@@ -96,8 +96,8 @@ def test_bad_files_of_tables(tmp_path, text, words):
 def test_a_tyre_without_uncertain_parameters_has_its_story_in_the_terminal(printed):
     lines = printed("diagnose", "tyre1_drum").splitlines()
     assert len(lines) <= 12
-    assert lines[0].startswith("partial. In part drum_curvature (exponent 0.606")
+    assert lines[0].startswith("partial. Partly explained by drum_curvature (exponent 0.606")
     assert any(
-        line.startswith("shown: On data left out of the fit, it leaves 38 % of the base model") for line in lines
+        line == "evidence: On held-out data 38 % of the base model's discrepancy remains with it." for line in lines
     )
     assert sum(line.endswith("#") for line in lines) == 2

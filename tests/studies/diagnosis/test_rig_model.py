@@ -90,10 +90,10 @@ def test_the_gap_is_drawn_with_what_the_parameters_and_the_effect_say_of_it(tmp_
     assert draw(judgement, tmp_path / "gap")
     (axis,) = drawn[0].axes
     assert [t.get_text() for t in drawn[0].legends[0].get_texts()] == [
-        "measured, rising", "measured, falling", "+ drum_curvature alone", "+ drum_curvature, parameters adjusted",
+        "measured, rising", "measured, falling", "+ drum_curvature alone", "+ drum_curvature, parameters re-estimated",
     ]  # fmt: skip
     lines = {line.get_label(): line.get_xydata() for line in axis.get_lines()}
     slip, measured = lines["measured, rising"].T
-    said = np.interp(slip, *lines["+ drum_curvature, parameters adjusted"].T)
+    said = np.interp(slip, *lines["+ drum_curvature, parameters re-estimated"].T)
     assert np.abs(measured).max() > 20  # N, of a curve that is flatter by (1 + 0.34/1.3)^-0.6
     assert np.sqrt(np.mean((said - measured) ** 2)) < 3

@@ -58,7 +58,7 @@ def test_a_second_effect_that_cannot_be_ruled_out_is_said(bend):
     (found,) = verdict.effects
     assert (verdict.verdict, found.identifier) == ("named", "slope")
     assert found.parameters["size"] == pytest.approx((alone, math.sqrt(variance)), rel=1e-3)
-    (told,) = (w for w in verdict.warnings if w.startswith("beside slope cannot be ruled out, with odds: "))
+    (told,) = (w for w in verdict.warnings if w.startswith("in addition to slope not ruled out, with odds: "))
     for second in ("bend", "ripple"):
         assert (f"{second} (" in told) == (odds(data, second) > 1 / 20)
     against = 1 / odds(data, "bend")

@@ -10,11 +10,11 @@ from studies.diagnosis import find, read_measurement
 TRIED = ("front_compliance", "steer_spring", "steer_damper", "pneumatic_trail", "crown_radius", "camber_thrust",
          "speed_scale")  # fmt: skip
 CASES = Path(__file__).parent / "search_cases"
-DOUBLED = "P(nothing is missing) < 0.01, or < 0.05 with the uncertainty of the parameters doubled"
+DOUBLED = "P(nothing missing) < 0.01, or < 0.05 with doubled parameter uncertainties"
 
 
 @pytest.mark.parametrize(("case", "hidden", "parameter", "truth", "reservation", "nothing"), [
-    ("modal_005", "front_compliance", "stiffness", 151.217, "a size that occurs", "impossible"),
+    ("modal_005", "front_compliance", "stiffness", 151.217, "a usual size", "impossible"),
     ("none_though_P_truth_0.82_camber_0.63", "camber_thrust", None, None, DOUBLED, "possible"),
 ])  # fmt: skip
 def test_what_explains_everything_is_said_with_its_reservation(case, hidden, parameter, truth, reservation, nothing):
@@ -56,4 +56,4 @@ def test_doubled_uncertainties_are_a_note_where_nothing_missing_is_improbable(ca
     assert value == pytest.approx(truth, abs=2 * sd)
     assert sd < 0.5 * truth
     assert verdict.posterior["none"] < 0.01
-    assert sum("uncertainty of the parameters doubled" in warning for warning in verdict.warnings) == notes
+    assert sum("with doubled parameter uncertainties" in warning for warning in verdict.warnings) == notes

@@ -58,8 +58,8 @@ def test_a_torque_that_repeats_and_was_linear_is_doubted_and_can_be_stated(tmp_p
     assert measurement.prepare().taken_as_held
     found = judged(measurement)
     (told,) = said(measurement)
-    assert told.startswith("steer_torque_N_m: most samples repeat the one before, so it is taken as held from sample")
-    assert f"in place of {found.final.chi2:.5g}. If it was so, state torque_between_samples" in told
+    assert told.startswith("steer_torque_N_m: most samples repeat the one before, so it is treated as held from sample")
+    assert f"instead of {found.final.chi2:.5g}. State torque_between_samples" in told
     stated = measured(tmp_path, "linear", stated="linear")
     assert not stated.prepare().taken_as_held
     assert said(stated) == []

@@ -114,7 +114,7 @@ def test_an_error_needs_one_law(family):
     readings = shape("slope", 0.9)[0] - shape("bend", 0.9)[0]
     verdict = inference.judge(Toy(readings + toy(("slope", 0.0), 0.01).readings, 0.01, tuple(laws))).verdict
     assert verdict.verdict == ("unknown" if family else "named")
-    (check,) = (check for check in verdict.checks if check.what == "one law of each error")
+    (check,) = (check for check in verdict.checks if check.rule == "one_law")
     assert (check.figure, check.passed) == (("a lag of the sensor", False) if family else ("yes", True))
 
 

@@ -249,9 +249,7 @@ def test_what_did_not_converge_is_not_named():
     refused = inference.accept(found.hypotheses, replace(found.final, converged=False))
     assert refused.verdict == "unknown"
     assert refused.final.candidates == ()
-    assert [(check.passed, check.figure) for check in refused.checks if check.what == "the fit converged"] == [
-        (False, "no")
-    ]
+    assert [(check.passed, check.figure) for check in refused.checks if check.rule == "converged"] == [(False, "no")]
 
 
 # ---- the odd one: a part of the line was measured at another level

@@ -129,7 +129,7 @@ class OneRun(Spring):
 def test_of_a_single_run_nothing_is_named_and_the_warning_says_what_to_record():
     readings = recorded(3, damping=0.15)
     alone, several = judge(OneRun(readings)).verdict, judge(Spring(readings)).verdict
-    warning = "one run: nothing can be held out, so any name is only probable; record further runs or speeds"
+    warning = "one run: nothing can be held out, so a name is at best tentative; record more runs or speeds"
     assert alone.verdict == "tentative"  # which the warning says, too
     assert alone.warnings.count(warning) == 1
     assert (several.verdict, several.warnings.count(warning)) == ("named", 0)
@@ -156,7 +156,7 @@ def test_what_is_not_in_the_library_is_not_given_another_name():
     data = driven(1, lambda t, x, v: -(8.0 * x + 0.4 * np.tanh(v / 1e-2) + 1.2 * np.sin(5 * t)), 2.0)
     verdict = judge(Spring(data)).verdict
     assert verdict.verdict == "unknown"
-    assert "something is missing that the library does not explain" in verdict.warnings
+    assert "no hypothesis of the library explains the data" in verdict.warnings
 
 
 def test_nothing_is_named_where_the_parameters_had_to_go_too_far():
@@ -184,7 +184,7 @@ def test_nothing_is_named_where_a_term_without_a_cause_would_explain_more(square
     verdict = with_term(square).verdict
     assert (verdict.verdict, verdict.equivalent) == (word, ("damper",) if word == "named" else ())
     assert word == "named" or verdict.nearest.p > 0.1  # in sum it fits
-    (check,) = (check for check in verdict.checks if check.what == "nothing left for terms without a cause, p > 0.01")
+    (check,) = (check for check in verdict.checks if check.rule == "nothing_left")
     assert check.passed == (word == "named")
     assert ("mostly square" in check.figure) == (word == "unknown")
 
@@ -193,7 +193,7 @@ def test_an_effect_that_stands_for_a_more_probable_term_without_a_cause_is_not_n
     """Only the square law is hidden, which the stiffening of the library resembles."""
     verdict = judge(WithTerm(recorded(6, square=0.3))).verdict
     assert verdict.verdict == "unknown"
-    (check,) = (check for check in verdict.checks if check.what == "more probable than terms without a cause")
+    (check,) = (check for check in verdict.checks if check.rule == "beats_terms")
     assert (check.figure, check.passed) == ("square", False)
 
 
@@ -202,7 +202,7 @@ def test_a_term_in_the_place_of_a_mistake_alone_refuses_no_effect():
     tried = (CANDIDATES[0], replace(CANDIDATES[2], weight=0.5))
     verdict = judge(WithTerm(recorded(4, damping=0.15, square=0.3), candidates=tried)).verdict
     assert verdict.nearest.name == "damper+offset"
-    (check,) = (check for check in verdict.checks if check.what == "more probable than terms without a cause")
+    (check,) = (check for check in verdict.checks if check.rule == "beats_terms")
     assert check.passed
 
 

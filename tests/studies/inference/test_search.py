@@ -46,8 +46,8 @@ def test_a_fit_that_is_no_number_is_said_and_never_judged():
     verdict = inference.judge(Waves(data(0.8), (candidate("slope"), candidate("broken")))).verdict
     assert (verdict.verdict, verdict.equivalent) == ("named", ("slope",))
     assert verdict.posterior["broken"] == 0.0
-    assert any("could not be computed and are not judged: broken" in w for w in verdict.warnings)
-    (said,) = (w for w in verdict.warnings if "could not be computed" in w)
+    assert any("not judged, as not computable: broken" in w for w in verdict.warnings)
+    (said,) = (w for w in verdict.warnings if "not computable" in w)
     assert "broken (no finite number for 30 of 30, the first in " in said
 
 
@@ -96,14 +96,14 @@ def test_more_than_8_000_numbers_are_much(n):
 def test_one_condition_is_no_evidence_for_a_name():
     verdict = inference.judge(Waves(data(0.8), (candidate("slope"),), varied=False)).verdict
     assert (verdict.verdict, verdict.effects) == ("unknown", ())
-    assert ("two speeds, loads or inputs", "one") in [(c.what, c.figure) for c in verdict.failed]
+    assert ("varied", "one") in [(c.rule, c.figure) for c in verdict.failed]
 
 
 def test_what_is_too_small_to_matter_is_not_named():
     assert inference.judge(Waves(data(0.8), (candidate("slope", least=0.5),))).verdict.equivalent == ("slope",)
     small = inference.judge(Waves(data(0.8), (candidate("slope", least=1.5),))).verdict
     assert (small.verdict, small.effects) == ("unknown", ())
-    assert ("large enough to matter", "slope", False) in [(c.what, c.figure, c.passed) for c in small.checks]
+    assert ("matters", "slope", False) in [(c.rule, c.figure, c.passed) for c in small.checks]
     assert small.refused_leaders[0][0] == "slope"
 
 
@@ -112,7 +112,7 @@ def test_what_is_surely_smaller_than_what_occurs_is_not_named(smallest, word):
     """The size is found as 0.8 with an sd of 0.06."""
     verdict = inference.judge(Waves(data(0.8), (candidate("slope", smallest=smallest),))).verdict
     assert verdict.verdict == word
-    (check,) = (c for c in verdict.checks if c.what == "no smaller than what occurs")
+    (check,) = (c for c in verdict.checks if c.rule == "occurs")
     assert (check.figure, check.passed) == (("yes", True) if word == "named" else ("slope.size", False))
 
 
