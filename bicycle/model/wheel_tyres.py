@@ -136,7 +136,7 @@ def joint_wheel_tyres(
         refusal = out_of_reach(sources[wheel], load=load, pressure=pressure * PASCAL_PER_BAR)
         if refusal and not extrapolate:
             raise InputError(
-                f"{wheel} wheel: {refusal}; take a bicycle and pressures nearer to the tests, or, if a guess will do, "
+                f"{wheel} wheel: {refusal}; use a bicycle and pressures closer to the tests, or allow extrapolation: "
                 f"{EXTRAPOLATE} = true in the table of the effect (--{EXTRAPOLATE} on the command line)"
             )
         conditions.append((load, pressure * PASCAL_PER_BAR))

@@ -104,7 +104,7 @@ def command(
     if csv_file is not None:
         write_csv(frame[list(CSV)], csv_file)
     if plot_file is not None:
-        draw_amplitude(cycles, plot_file, title=model.bicycle.name, peak_factor=grip)
+        draw_amplitude(cycles, plot_file, title=f"Limit cycles of {model.bicycle.name}", peak_factor=grip)
     if json_file is not None:
         write_json(record(cycles, frame, kicks, UNITS.get(str(impulse), ""), damper_sides), json_file)
     if to_screen:
@@ -142,9 +142,9 @@ def _print_kicks(kicks: "Sequence[Kick]", unit: str) -> None:
         "speed m/s",
         "mode",
         f"estimate {unit}",
-        f"least {unit}",
-        "what follows",
-        f"falls from {unit}",
+        f"minimum {unit}",
+        "result",
+        f"fall from {unit}",
         "linear geometry",
     ]
     print_table(rows, headers)

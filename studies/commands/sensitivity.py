@@ -34,6 +34,7 @@ def command(
 ) -> None:
     from pathlib import Path
 
+    from bicycle.model.eigen import damping_ratio, frequency_hz
     from studies.model_space.axes import numbers_by_name
     from studies.model_space.ranking import draw_tornado, rank, record
     from studies.reporting.manifest import results
@@ -56,8 +57,10 @@ def command(
             draw_tornado(ranking, folder / "tornado", top=top)
     if json_file != "-":
         z = ranking.eigenvalue
-        root = f"{z.real:.4g} + {z.imag:.4g}i" if z.imag else f"{z.real:.4g}"
-        click.echo(f"{mode.replace('_', ' ')} at {speed:g} m/s: {root} 1/s; changes for +1 standard uncertainty each")
+        root = f"{z.real:.4g} + {z.imag:.4g}i 1/s" if z.imag else f"{z.real:.4g} 1/s"
+        if z.imag:
+            root = f"{float(frequency_hz(z)):.4g} Hz, damping ratio {float(damping_ratio(z)):.4g} ({root})"
+        click.echo(f"{mode.replace('_', ' ')} at {speed:g} m/s: {root}; changes for +1 standard uncertainty each")
         for real_root in ranking.further_roots:
             click.echo(f"it has another real root here, {real_root:.4g} 1/s, which this does not rank")
         if ranking.meeting:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 SMALL = 0.005  # a group whose share is below this everywhere has no column
 LEADING = 3  # numbers named of those that were measured together
-HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", "97.5 %", "lost", "main cause"]
+HEADERS = ["quantity", "unit", "value", "sd linear", "sd Monte Carlo", "2.5 %", "97.5 %", "absent", "main cause"]
 
 
 @click.command(

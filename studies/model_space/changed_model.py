@@ -104,7 +104,7 @@ class TyreConditions:
                     )
                 doubt = out_of_reach(source, load=load, pressure=bar * PASCAL_PER_BAR)
                 if doubt and not self.extrapolate:
-                    nearer = f"take a range nearer to the tests, or, if a guess will do, --{EXTRAPOLATE}"
+                    nearer = f"use a range closer to the tests, or allow extrapolation: --{EXTRAPOLATE}"
                     raise InputError(f"{wheel} wheel: {doubt}; {nearer}")
                 source.at(load=load, pressure=bar * PASCAL_PER_BAR, extrapolate=True)
 

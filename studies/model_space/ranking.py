@@ -152,13 +152,13 @@ def draw_tornado(ranking: Ranking, target: Path, *, top: int = 15) -> None:
         axes.margins(y=0.02)
         axes.grid(axis="y", visible=False)
         figure.suptitle(
-            f"What moves {ranking.mode.replace('_', ' ')} at {ranking.speed:g} m/s\n"
-            f"growth rate {z.real:.3g} 1/s, {abs(frequency_hz(z)):.2f} Hz{note}",
+            f"Sensitivity of {ranking.mode.replace('_', ' ')} at {ranking.speed:g} m/s\n"
+            f"{abs(frequency_hz(z)):.2f} Hz, growth rate {z.real:.3g} 1/s{note}",
             fontsize=10,
             weight="bold",
         )
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-        label = "change of the growth rate, 1/s (> 0: less stable)"
+        label = "Change of the growth rate, 1/s (> 0: less stable)"
         if any(change.origin == ASSUMED for change in changes):
-            label += "\n* not stated by any source: the default is assumed"
+            label += "\n* assumed: no source states it"
         axes.set_xlabel(label, fontsize=8.5)

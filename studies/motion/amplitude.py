@@ -172,7 +172,7 @@ def finish_amplitude(axes: Any) -> None:
     top = max(axes.get_ylim()[1], 1.1 * limit if axes.get_ylim()[1] > limit else 0.0)
     axes.axhspan(limit, max(top, limit), facecolor="none", hatch="//", edgecolor="0.82", linewidth=0)
     axes.set(ylabel="Steer amplitude, °", ylim=(0, top))
-    words = {"yes": "stable", "falls slowly": "stable but for a slow fall", "no": "unstable"}
+    words = {"yes": "stable", "falls slowly": "only lean grows, slowly", "no": "unstable"}
     handles = axes.get_legend_handles_labels()[0]
     handles += [Line2D([], [], color="0.3", linestyle=line, label=words[name]) for name, line in LINES.items()]
     if band:

@@ -162,8 +162,8 @@ def print_critical(
     throughout = {name: unstable_modes(models[name], within) for name, speeds in critical.items() if not speeds}
     if "" in throughout:
         modes = ", ".join(throughout[""])
-        stability = f"unstable at all of them ({modes} at {within:g} m/s)" if modes else "unstable at none of them"
-        click.echo(f"no critical speed up to {max_speed:g} m/s: no mode becomes stable or unstable; it is {stability}")
+        stability = f"{modes} unstable throughout (checked at {within:g} m/s)" if modes else "stable throughout"
+        click.echo(f"no critical speed up to {max_speed:g} m/s: {stability}")
         return
     rows: list[list[Any]] = []
     bifurcations = any(c.bifurcation for speeds in critical.values() for c in speeds)

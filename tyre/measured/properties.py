@@ -372,7 +372,7 @@ class TyreSource(ABC):
         load, pressure : float
             N and Pa; the pressure may be left out where it changes nothing (``default_pressure``).
         extrapolate : bool
-            Take a load or pressure, too, that lies farther outside its range than that range is wide.
+            Allow a load or pressure more than one range width outside its range.
 
         Raises
         ------
@@ -461,13 +461,13 @@ def stated_range(tyre: TyreSource) -> str:
 
 
 def out_of_reach(tyre: TyreSource, *, load: float, pressure: float) -> str | None:
-    """Tell which of load and pressure lies farther outside the range where a tyre holds than that range is wide."""
+    """Name which of load and pressure lies more than one range width outside the range where a tyre holds."""
     bars = tuple(end / PASCAL_PER_BAR for end in tyre.pressure_range)
     for value, (low, high), unit in ((load, tyre.load_range, "N"), (pressure / PASCAL_PER_BAR, bars, "bar")):
         outside = max(low - value, value - high)
         if low < high and outside > (high - low) * (1 + 1e-9):  # of a single one the tyre says nothing anyway
             reach = f"{low:g}-{high:g} {unit} {tyre.range_kind}"
-            return f"{value:.4g} {unit} is farther outside the {reach} than that range is wide"
+            return f"{value:.4g} {unit} is more than one range width outside the {reach}"
     return None
 
 

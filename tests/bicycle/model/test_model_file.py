@@ -164,7 +164,7 @@ def test_bad_use_ends_with_one_line_and_exit_code_2(arguments, words, whipple, c
 
 
 def test_a_model_out_of_reach_needs_the_key_and_says_so():
-    refuses(r"rear wheel: 42.39 N is farther .* extrapolate = true .*--extrapolate", relaxed, TYRE, "pista")
+    refuses(r"rear wheel: 42.39 N is more than .* extrapolate = true .*--extrapolate", relaxed, TYRE, "pista")
     refuses("extrapolate = 'yes' must be true or false", relaxed, TYRE | {"extrapolate": "yes"}, "pista")
     notes = relaxed(TYRE | {"extrapolate": True}, "pista").notes
     assert extrapolated(notes)

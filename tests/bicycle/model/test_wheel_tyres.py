@@ -152,10 +152,10 @@ LAW = {"tyre": "Tyre1", "pressure_bar": 5.5}
     ({"relaxation_length": LAW, "side_slip": LAW},
      "effects 'relaxation_length' and 'side_slip' exclude each other: both are the contact law"),
     ({"relaxation_length": {"tyre": "my.tir", "pressure_bar": 12}},
-     r"wheel: 12 bar is farther outside the 3-7 bar for which Made-up 28 on flat \(my.tir\) holds than that range "
-     "is wide; take .* extrapolate = true"),
+     r"wheel: 12 bar is more than one range width outside the 3-7 bar for which Made-up 28 on flat \(my.tir\) holds; "
+      "use .* extrapolate = true"),
     ({"relaxation_length": {"tyre": "my89.toml", "pressure_bar": 7.5}},
-     "7.5 bar is farther outside the 3-5 bar for which Made-up 89 on flat holds"),
+     "7.5 bar is more than one range width outside the 3-5 bar for which Made-up 89 on flat holds"),
     ({"relaxation_length": {"tyre": "none.tir", "pressure_bar": 7.5}}, r"none\.tir: cannot be read"),
     ({"relaxation_length": LAW | {"surface": "road"}}, "Tyre1 was not measured on surface 'road'"),
 ])  # fmt: skip

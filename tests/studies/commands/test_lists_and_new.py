@@ -139,8 +139,7 @@ def test_pictures_and_tables_that_cannot_be_written(options, words, tmp_path, mo
 def test_no_critical_speed_is_said_in_words(capsys):
     main(["critical", "benchmark", "--max-speed", "4.2"])  # weave is stable above 4.292 m/s
     assert capsys.readouterr().out == (
-        "no critical speed up to 4.2 m/s: no mode becomes stable or unstable; it is unstable at all of them (weave at "
-        "2.1 m/s)\n"
+        "no critical speed up to 4.2 m/s: weave unstable throughout (checked at 2.1 m/s)\n"
     )
 
 

@@ -111,7 +111,7 @@ def test_pressure_and_load_are_marked_outside_what_was_measured():
     assert (rear["load_bar"]["outside"], front["load_bar"]["outside"]) == (True, True)
     html = site.controls_html(site.parse_state(TYRES.replace("front=4", "front=9")))["model"]
     assert html.count("now outside") == 3
-    with pytest.raises(InputError, match="front wheel: 19 bar is farther outside the 3.5-7.5 bar"):
+    with pytest.raises(InputError, match="front wheel: 19 bar is more than one range width outside the 3.5-7.5 bar"):
         site.build(site.parse_state(TYRES.replace("front=4", "front=19")))
 
 

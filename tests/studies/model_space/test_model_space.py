@@ -108,7 +108,7 @@ def test_what_is_no_axis(content, keys, message):
 @pytest.mark.parametrize(("content", "keys", "points", "message"), [
     (TYRED, ["front_compliance.stiffness"], [[-5.0], [3000.0]], "stiffness = -5 N m/rad is not possible"),
     (TYRED, ["pressure_bar.front"], [[5.0], [25.0]], "is not possible; give values from 0 to 20"),
-    (TYRED, ["pressure_bar.front"], [[5.0], [18.0]], "farther outside the 3.5-7.5 bar"),
+    (TYRED, ["pressure_bar.front"], [[5.0], [18.0]], "more than one range width outside the 3.5-7.5 bar"),
     (PLAIN, ["xB"], [[-0.9], [0.3]], "the front wheel bears no load"),
     (PLAIN, ["relaxation_length.relaxation_length"], [[0.1], [40.0]], "far outside the usual"),
     (TYRED, ["load_N.front"], [[0.0], [400.0]], "give loads above 0 N"),

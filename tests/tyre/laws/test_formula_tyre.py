@@ -127,7 +127,7 @@ def test_between_and_beyond_the_pressures_of_pacejka89(made_up_89):
     assert any("extrapolated beyond the 0-1000 N and 3-5 bar for which" in note for note in beyond.notes)
     assert out_of_reach(made_up_89, load=400.0, pressure=6.9e5) is None
     said = out_of_reach(made_up_89, load=400.0, pressure=7.1e5)
-    assert said == ("7.1 bar is farther outside the 3-5 bar for which Made-up 89 on flat holds than that range is wide")
+    assert said == ("7.1 bar is more than one range width outside the 3-5 bar for which Made-up 89 on flat holds")
 
 
 def test_a_tir_file_says_where_it_holds():
@@ -136,7 +136,7 @@ def test_a_tir_file_says_where_it_holds():
         beyond = tir().at(load=load, pressure=pressure)
         assert beyond.origin == "extrapolated"
         assert any("beyond the 200-800 N and 3-7 bar for which Made-up 28 on flat" in note for note in beyond.notes)
-    assert "1401 N is farther outside the 200-800 N" in out_of_reach(tir(), load=1401.0, pressure=5e5)
+    assert "1401 N is more than one range width outside the 200-800 N" in out_of_reach(tir(), load=1401.0, pressure=5e5)
 
 
 def test_assumed_uncertainty_is_common_to_all_conditions():

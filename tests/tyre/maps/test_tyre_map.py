@@ -314,8 +314,8 @@ def test_what_a_table_does_not_state_is_assumed_mostly_common_to_all_conditions(
     (400, 5.5, "a pressure of 5.5 Pa is no tyre's; is the pressure in bar[?] give 550000 Pa; extrapolate=True"),
     (400, 80.0, r"is the pressure in psi[?] give 551581 Pa"),
     (400, 550.0, r"is the pressure in kPa[?] give 550000 Pa"),
-    (40.8, 5.5e5, r"40\.8 N is farther outside .*is the load in kg[?] give 400\.1\d* N"),
-    (3000, 5.5e5, r"3000 N is farther outside .* is wide; extrapolate=True takes it as it is"),
+    (40.8, 5.5e5, r"40\.8 N is more than one range width outside .*is the load in kg[?] give 400\.1\d* N"),
+    (3000, 5.5e5, r"3000 N is more than one range width outside .*; extrapolate=True takes it as it is"),
 ])  # fmt: skip
 def test_a_condition_far_outside_is_refused_with_the_unit_that_may_be_meant(
     load: float, pressure: float, words: str
@@ -329,9 +329,9 @@ def test_a_condition_far_outside_is_refused_with_the_unit_that_may_be_meant(
 @pytest.mark.parametrize(("load", "bar", "words"), [
     (340.0, 5.5, None),
     (190.0, 5.5, None),  # 340 - (490 - 340)
-    (189.0, 5.5, "189 N is farther outside the 340-490 N at which Tyre1 on flat was measured than that range is"),
+    (189.0, 5.5, "189 N is more than one range width outside the 340-490 N at which Tyre1 on flat was measured"),
     (640.0, 11.5, None), (641.0, 5.5, "641 N"),
-    (400.0, 11.6, "11.6 bar is farther outside the 3.5-7.5 bar"),
+    (400.0, 11.6, "11.6 bar is more than one range width outside the 3.5-7.5 bar"),
     (400.0, 0.1, None),  # 3.4 bar below, within 4 bar
 ])  # fmt: skip
 def test_out_of_reach_is_farther_outside_than_the_range_is_wide(load, bar, words):
