@@ -1,4 +1,4 @@
-"""The main study of ``velotyre run``: how tyre and pressure decide the wobble of a bicycle."""
+"""The main study of ``velotyre run``: how tyre and pressure change the wobble of a bicycle."""
 
 from tyre.ground.door import room
 

@@ -1,4 +1,4 @@
-"""Tyres of the main study: measured ones at the bicycle's wheel loads, and the one that a model file gives."""
+"""Tyres of the main study: measured ones at the wheel loads of the bicycle, and the one of a model file."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -27,7 +27,7 @@ GIVEN = "as given"
 
 
 class WheelTyre(NamedTuple):
-    """What the tyre of one wheel has under its static load."""
+    """Properties of the tyre of one wheel under its static load."""
 
     wheel: str  # rear or front
     cornering_stiffness: float  # N/rad
@@ -57,7 +57,7 @@ class TyreCase:
     packaged: bool = True  # False: a file of the user, or numbers of a model file
     synthetic: bool = False  # True: computed by a model, not measured
     width: float | None = None  # m, of the rear tyre; None: not known
-    out_of_reach: bool = False  # True: a wheel's load or pressure is far outside of what was measured
+    out_of_reach: bool = False  # True: a load or pressure is outside the measured range by more than its width
 
     @property
     def pressure_bar(self) -> float:
@@ -79,7 +79,7 @@ class TyreCase:
 
     @property
     def wheels(self) -> tuple[WheelTyre, WheelTyre]:
-        """What the tyres of rear and front wheel have."""
+        """Properties of the tyres of rear and front wheel."""
         sds = np.sqrt(np.diag(self.covariance))
         rear, front = (
             WheelTyre(
@@ -96,11 +96,11 @@ class TyreCase:
 
     @property
     def surface_stated(self) -> bool:
-        """False if the file of a wheel's tyre does not say what surface it was measured on."""
+        """False if the file of a wheel's tyre does not state the test surface."""
         return all(p.surface_stated for p in self.properties)
 
     def apply_to(self, setup: Setup) -> Setup:
-        """Put trail, twisting torque and camber thrust of the tyre, where measured, into the world ``setup``."""
+        """Put measured pneumatic trail, twisting torque and camber stiffness of the tyre into the case ``setup``."""
         measured_values: dict[str, Any] = {}
         for name, field in (
             ("trail", "pneumatic_trail"),
@@ -121,7 +121,7 @@ class TyreCase:
 
 @dataclass(frozen=True, eq=False)
 class Cases:
-    """Conditions that are studied, and those that could not be, each with the reason."""
+    """Conditions that are studied, and those that cannot be, each with the reason."""
 
     studied: tuple[TyreCase, ...]  # by tyre and surface, that of the model file first
     left_out: tuple[str, ...]  # tyre, condition and reason, a sentence each
@@ -138,7 +138,7 @@ def tyre_cases(settings: Settings) -> Cases:
             cases += [given_case({**contact, "pressure_bar": bar}, settings.bicycle) for bar in settings.pressures]
     for source, measured in _measured_tyres(settings):
         if not settings.pressures and not measured.pressures.size:
-            left_out.append(f"{measured.label}: its file states no pressure; give some")
+            left_out.append(f"{measured.label}: its file states no pressure; give --pressures")
         for pressure in settings.pressures or [p / PASCAL_PER_BAR for p in measured.pressures]:
             table = {
                 "tyre": source,
@@ -172,7 +172,7 @@ def given_case(table: Table, bicycle: Bicycle) -> TyreCase:
     tyre, surface = (dict(zip(WHEELS, _per_wheel(table.get(key)), strict=True)) for key in ("tyre", "surface"))
     sources = wheel_sources(tyre, surface)
     return _measured_case(
-        {key: table[key] for key in TYRE_KEYS if key in table} | {EXTRAPOLATE: True},  # random wheel loads lie around
+        {key: table[key] for key in TYRE_KEYS if key in table} | {EXTRAPOLATE: True},  # wheel loads are sampled
         (sources[WHEELS[0]], sources[WHEELS[1]]),
         bicycle,
         packaged=not any(map(is_file_name, tyre.values())),
@@ -210,8 +210,8 @@ def _measured_case(table: Table, tyres: tuple[TyreSource, TyreSource], bicycle: 
     for tyre, p in zip(tyres, joint.properties, strict=True):
         if math.isnan(p.relaxation_length):
             raise InputError(
-                f"{tyre.label} holds no lateral stiffness, so no relaxation length, which the main study is about; add "
-                "what a lateral stiffness test gives to its file (lateral_stiffness_N_per_mm of a Pacejka-89 set, "
+                f"{tyre.label} has no lateral stiffness, so no relaxation length, which the main study requires; add "
+                "the result of a lateral stiffness test to its file (lateral_stiffness_N_per_mm of a Pacejka-89 set, "
                 "LATERAL_STIFFNESS of a .tir file)"
             )
         marked = tyre.synthetic and "synthetic" not in tyre.tyre.lower()

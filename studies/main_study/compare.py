@@ -1,7 +1,7 @@
-"""Comparisons of the main study: causes of a change, what the answer hinges on, contact models, random bicycles.
+"""Comparisons of the main study: causes of a change, one-at-a-time sensitivity, contact models, samples.
 
-A world is varied one thing at a time, or drawn at random; the result is always where wobble is unstable and its least
-damping.
+The parameters of a case are varied one at a time, or sampled; each result is the unstable range of wobble and its
+minimum damping ratio.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -52,7 +52,7 @@ class Change:
 
     @property
     def interaction(self) -> float:
-        """Part that neither explains alone."""
+        """Remainder of the total: neither part explains it alone."""
         return self.total - self.stiffness_part - self.length_part
 
     @property
@@ -68,7 +68,7 @@ class Decomposition:
 
     higher: TyreCase
     lower: TyreCase
-    setup: Setup  # world in which both were computed
+    setup: Setup  # case in which both were computed
     changes: tuple[Change, ...]  # of critical speeds and of damping ratios at the report speed
 
     def change(self, of: str | CrossingIdentity, quantity: str = CRITICAL) -> Change | None:
@@ -102,7 +102,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
 
 
 def named_speeds(crossings: Iterable[CriticalSpeed]) -> dict[CrossingIdentity, float]:
-    """Name critical speeds (m/s) by mode, direction and occurrence; an edge of unstable wobble counts as wobble's."""
+    """Name critical speeds (m/s) by mode, direction and occurrence; onset and end of unstable wobble are of wobble."""
     named = by_identity(crossing.rename(WOBBLE) if world.is_wobble(crossing) else crossing for crossing in crossings)
     return {identity: float(crossing.speed) for identity, crossing in named.items()}
 
@@ -122,16 +122,16 @@ def _follow_roots(
 
 @dataclass(frozen=True, eq=False)
 class End:
-    """Wobble at one end of a range: the value of the end, where it is unstable, and its least damping when ridden."""
+    """Wobble at one end of a range: the value, the unstable range, and the minimum damping ratio at ridden speeds."""
 
     what: str  # value with its unit, or name of the choice
     span: Span | None  # None: stable up to the highest speed
-    least: LeastDamped | None  # None: no oscillation of wobble where it is ridden
+    least: LeastDamped | None  # None: wobble does not oscillate at ridden speeds
 
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
-    """One thing that is varied, at both ends of its range."""
+    """One parameter or choice that is varied, at both ends of its range."""
 
     what: str  # name in words
     low: End  # wobble at the first end of the range, or with the first choice
@@ -139,14 +139,14 @@ class Hinge:
 
     @property
     def size(self) -> float:
-        """Change of the least damping ratio; infinite if wobble is an oscillation at one end only."""
+        """Change of the minimum damping ratio; infinite if wobble oscillates at one end only."""
         if self.low.least is None or self.high.least is None:
             return 0.0 if self.low.least is self.high.least else float("inf")
         return abs(self.high.least.damping_ratio - self.low.least.damping_ratio)
 
     @property
     def comparable(self) -> bool:
-        """False if wobble is an oscillation at one end only."""
+        """False if wobble oscillates at one end only."""
         return bool(np.isfinite(self.size))
 
 
@@ -154,11 +154,11 @@ class Variant(NamedTuple):
     """What one model is made of."""
 
     settings: Settings  # study with its bicycle
-    setup: Setup  # world on the tyre
+    setup: Setup  # case on the tyre
     contact: Array  # (4,), N/rad and m: cornering stiffness and relaxation length, rear then front
 
     def vary(self, **changes: Any) -> "Variant":
-        """Change fields of the world."""
+        """Change fields of the case."""
         return self._replace(setup=replace(self.setup, **changes))
 
     def wobble(self, label: str = "") -> End:
@@ -170,7 +170,7 @@ class Variant(NamedTuple):
 
 
 def in_reference_world(settings: Settings, case: TyreCase) -> Variant:
-    """Put the bicycle on the tyres of a case, in the world in which wobble is worst."""
+    """Put the bicycle on the tyres of ``case``, hands off and with the flexible front frame if there is one."""
     return Variant(settings, case.apply_to(settings.reference), case.contact)
 
 
@@ -178,13 +178,13 @@ Ends = dict[str, Variant]  # value -> what has it
 
 
 def hinges(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> tuple[Hinge, ...]:
-    """Vary everything that is assumed or chosen one at a time around the reference world, the largest change first."""
+    """Vary all that is assumed or chosen one at a time around the reference case, the largest change first."""
     hinges = []
     for name, ends in _variations(settings, cases, focus):
         try:
             low, high = (variant.wobble(value) for value, variant in ends.items())
         except InputError:
-            continue  # an end that makes no model shows nothing
+            continue  # an end without a model has no result
         hinges.append(Hinge(name, low, high))
     return tuple(sorted(hinges, key=lambda hinge: -hinge.size))
 
@@ -257,10 +257,10 @@ EFFECTS = {"trail": TRAIL, "twisting": TWIST, "camber_share": "camber_thrust"}
 
 @dataclass(frozen=True, eq=False)
 class ContactModels:
-    """Wobble of one case in the reference world with three models of the contact.
+    """Wobble on one tyre condition in the reference case, with three models of the contact.
 
-    A single lag; the lag with the trail of the string; a string in contact over twice ``half_length`` (m, rear and
-    front). The last two differ by the lag alone.
+    A single lag; the lag with the pneumatic trail of the string; a string in contact over twice ``half_length`` (m,
+    rear and front). The last two differ only in the lag.
     """
 
     case: TyreCase  # of the tyre in question
@@ -279,27 +279,27 @@ class ContactModels:
 
     @property
     def oscillate(self) -> bool:
-        """True if wobble is an oscillation in all three models."""
+        """True if wobble oscillates in all three models."""
         return all(end.least for end in (self.lag, self.trailing, self.string))
 
     @property
     def trail_effect(self) -> float | None:
-        """Change of the least damping ratio by the trail; None where a model has no oscillation of wobble."""
+        """Change of the minimum damping ratio by the pneumatic trail; None if wobble does not oscillate in a model."""
         return _change_of_least(self.lag, self.trailing)
 
     @property
     def lag_effect(self) -> float | None:
-        """Change of the least damping ratio by a single lag in place of the string's; None likewise."""
+        """Change of the minimum damping ratio by a single lag in place of the string's; None likewise."""
         return _change_of_least(self.string, self.trailing)
 
 
 def _change_of_least(before: End, after: End) -> float | None:
-    """Subtract the least damping ratios of two ends; None where one has no oscillation of wobble."""
+    """Subtract the minimum damping ratios of two ends; None if wobble does not oscillate at one."""
     return after.least.damping_ratio - before.least.damping_ratio if before.least and after.least else None
 
 
 def contact_models(settings: Settings, cases: Sequence[TyreCase]) -> tuple[ContactModels, ...]:
-    """Compare every case with the default contact, then with its own; none if a model file says what the contact is."""
+    """Compare every condition with the default contact, then with its own; none if a model file gives it."""
     if settings.has_moment:
         return ()
     default = next(p.default for p in effect_class(CONTACT_LENGTH).parameters if p.name == "half_length")
@@ -338,22 +338,22 @@ def _compare_contact(settings: Settings, case: TyreCase, half_length: Array, *, 
 
 @dataclass(frozen=True, eq=False)
 class Amplitude:
-    """Periodic motions of one case in the reference world on tyres that saturate; ``refused`` says why not."""
+    """Periodic motions on saturating tyres in the reference case; ``refused`` holds the reason if there are none."""
 
     case: TyreCase  # of the tyre in question
     traces: tuple[Trace, ...] = ()  # amplitude (degrees) and frequency (Hz) along each branch
-    wobble: Extent | None = None  # how large it gets at the speeds looked at; None: no wobble lasts there
-    peak_factor: float | None = None  # assumed; None: the tyre file holds whole curves
+    wobble: Extent | None = None  # its range and maximum amplitude; None: no sustained wobble at these speeds
+    peak_factor: float | None = None  # assumed; None: the tyre file holds full curves
     refused: str = ""  # reason; empty: they could be followed
 
     @property
     def jumps(self) -> bool:
-        """True if there are motions of wobble, lasting or not: a kick may start one."""
+        """True if there are periodic motions of wobble, stable or not: an impulse may start one."""
         return any(WOBBLE in trace.mode.split("+") for trace in self.traces)
 
 
 def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
-    """Follow the periodic motions of one case, and how large its wobble gets at the speeds looked at."""
+    """Follow the periodic motions of one case, and its maximum wobble amplitude at the speeds studied."""
     curves = curves_of({"effects": {LAW: dict(case.table)}})
     try:
         cycles = find_limit_cycles(
@@ -370,11 +370,11 @@ def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """Sources of the uncertainty of one case in the reference world."""
+    """Sources of the uncertainty of one tyre condition in the reference case."""
 
     # of each critical speed's variance (sum 1), by what is uncertain
     shares: Mapping[CrossingIdentity, Mapping[str, float]]
-    exact: Mapping[str, str]  # parameter -> why no standard deviation of it counts
+    exact: Mapping[str, str]  # parameter -> why it is treated as exact
     assumed: Mapping[str, tuple[float, float]]  # parameter -> value and assumed standard deviation, SI
 
     @property
@@ -396,7 +396,7 @@ class Sources:
 
     @property
     def exact_by_reason(self) -> dict[str, list[str]]:
-        """Parameters that count as exact, by the reason."""
+        """Parameters that are treated as exact, by the reason."""
         parameters: dict[str, list[str]] = {}
         for key, why in self.exact.items():
             parameters.setdefault(why, []).append(key)
@@ -419,7 +419,7 @@ def sources(settings: Settings, case: TyreCase) -> Sources:
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """Frequency, damping ratio and critical speeds of wobble of one result, linear and of random bicycles."""
+    """Frequency, damping ratio and critical speeds of wobble of one result, linear and sampled."""
 
     result: Result  # whose quantities are checked
     quantities: tuple[Quantity, ...]  # each with its linear sd and its samples
@@ -427,7 +427,7 @@ class Check:
 
 
 def check(settings: Settings, result: Result) -> Check:
-    """Compare linear and sampled standard deviations of one result; a check that fails costs nothing else."""
+    """Compare linear and sampled standard deviations of one result; a failed check stops nothing else."""
     try:
         quantities = world.uncertainty(settings, result.case, result.setup).quantities(
             np.array([settings.report_speed]),
@@ -444,26 +444,26 @@ def check(settings: Settings, result: Result) -> Check:
 
 @dataclass(frozen=True, eq=False)
 class Plausible:
-    """Onset and end (m/s) of unstable wobble of each random bicycle (n,), NaN if it has none; and its growth.
+    """Onset and end (m/s) of unstable wobble of each sample (n,), NaN without unstable wobble; and its growth rate.
 
     ``growth`` (n, speeds), 1/s, is the largest real part of the oscillations of wobble's frequencies.
     """
 
-    case: TyreCase  # around which the tyres are drawn
-    setup: Setup  # world around which the fronts are drawn
+    case: TyreCase  # around which the tyres are sampled
+    setup: Setup  # case around which the assumed values are sampled
     onset: Array  # (n,), m/s; NaN: stable up to the highest speed, or not computed
     end: Array  # (n,), m/s, at most the highest speed; NaN likewise
-    computed: NDArray[np.bool_]  # (n,), False: the draw makes no model
+    computed: NDArray[np.bool_]  # (n,), False: an impossible sample
     growth: Array  # (n, speeds), 1/s; NaN without such an oscillation
 
     @property
     def count(self) -> int:
-        """Number of bicycles that were computed."""
+        """Number of samples that were computed."""
         return int(self.computed.sum())
 
     @property
     def unstable(self) -> Array:
-        """Length of the unstable speeds of each, m/s (n,)."""
+        """Length of the unstable range of each sample, m/s (n,)."""
         return np.nan_to_num(self.end - self.onset, nan=0.0)
 
     @property
@@ -473,11 +473,11 @@ class Plausible:
 
     @property
     def stable_count(self) -> int:
-        """Number of bicycles that do not wobble at any speed looked at."""
+        """Number of samples in which wobble is stable at all speeds studied."""
         return int((np.isnan(self.onset) & self.computed).sum())
 
     def interval(self, edge: str) -> tuple[float, float] | None:
-        """Interval of ``onset`` or ``end`` (m/s) of nine of ten bicycles with unstable wobble, of few of all."""
+        """Interval of ``onset`` or ``end`` (m/s) of 90 % of the samples with unstable wobble; of all if few."""
         speeds = getattr(self, edge)[~np.isnan(self.onset)]
         if not len(speeds):
             return None
@@ -486,7 +486,7 @@ class Plausible:
 
 
 def sample_bicycles(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
-    """Draw bicycles, tyres and what nobody measured (a Sobol sequence over the ranges), and find their wobble."""
+    """Sample bicycle, tyres and assumed values (a Sobol sequence over the ranges), and find the wobble of each."""
     count, speeds = settings.fronts, growth_speeds(settings)
     onset, end = np.full((2, count), np.nan)
     computed = np.zeros(count, bool)
@@ -501,7 +501,7 @@ def sample_bicycles(settings: Settings, case: TyreCase, setup: Setup) -> Plausib
             linear = family.linear_model(values | front_values(settings, case.apply_to(setup), drawn, k, values))
             span = world.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
             growth[k] = wobble_growth(linear, speeds)
-        except InputError:  # a draw that makes no model is counted, and told beside the count
+        except InputError:  # an impossible sample is counted, and reported with the count
             continue
         computed[k] = True
         if span:
@@ -510,7 +510,7 @@ def sample_bicycles(settings: Settings, case: TyreCase, setup: Setup) -> Plausib
 
 
 def growth_speeds(settings: Settings) -> Array:
-    """Choose the speeds (30,), m/s, at which the growth of the plausible bicycles is drawn."""
+    """Choose the speeds (30,), m/s, at which the growth rate of the samples is drawn."""
     return np.linspace(1.0, settings.fastest, 30)
 
 
@@ -523,7 +523,7 @@ def wobble_growth(linear: LinearModel, speeds: Array) -> Array:
 
 
 def front_draws(settings: Settings) -> Mapping[str, Array]:
-    """Draw numbers (fronts,), in the units of the ranges, of each quantity; the same for every case."""
+    """Sample each quantity (number of samples,), in the units of the ranges; the same for every case."""
     from scipy.stats import qmc
 
     ranges = vars(settings.ranges)
@@ -541,7 +541,7 @@ def front_values(
 ) -> dict[str, float]:
     """Compute parameters (SI) of effects but the contact law, for draw ``k`` of ``drawn`` on a bicycle of ``values``.
 
-    What the file of the tyre or the model holds of trail and twisting torque stays.
+    Pneumatic trail and twisting torque of a tyre file or model file stay.
     """
     new = {name: float(numbers[k]) for name, numbers in drawn.items()}
     parameters: dict[str, float] = {}

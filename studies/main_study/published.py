@@ -1,4 +1,4 @@
-"""The study beside published ranges: ours, and whether ours lie inside."""
+"""The study compared with published ranges: the range here, and whether it lies inside."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -45,7 +45,7 @@ class Finding:
     words: str  # finding in a few words
     read: str  # what was read of it, and how it was taken
     source: str  # where it was published
-    hands: str = ""  # ``on`` or ``off`` the bar; empty: of the tyre alone
+    hands: str = ""  # ``on`` or ``off``; empty: of the tyre alone
 
     @property
     def shown(self) -> Shown:
@@ -55,7 +55,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A published range beside the range of this study; ``ours`` is None if the study has no such number."""
+    """A published range and the range of this study; ``ours`` is None if the study has no such number."""
 
     finding: Finding  # published range
     ours: tuple[float, float] | None  # lowest and highest number of the study, in the unit of the quantity
@@ -78,7 +78,7 @@ def findings() -> tuple[Finding, ...]:
 
 
 def compare_findings(study: Study) -> tuple[Comparison, ...]:
-    """Compare all published ranges with the tyres of the study, in the world of a flexible front."""
+    """Compare all published ranges with the tyres of the study, with the flexible front frame."""
     settings = study.settings
     ours = {
         hands: list_quantities(study, setup)
@@ -93,7 +93,7 @@ def compare_findings(study: Study) -> tuple[Comparison, ...]:
 
 
 def list_quantities(study: Study, setup: Setup) -> dict[str, list[float]]:
-    """List the numbers of the study in one world, by the quantities of the published ranges and in their units."""
+    """List the numbers of the study in one case, by the quantities of the published ranges and in their units."""
     results, cases, loads = study.results_of(setup), study.cases, study.settings.bicycle.static_loads
     spans = [span for result in results if (span := result.span(study.settings.fastest))]
     camber_shares = []  # of the wheel load; none if the model file gives the camber stiffness

@@ -1,4 +1,4 @@
-"""The report of the main study: numbers and objects for the templates, which make the words."""
+"""The report of the main study: numbers and objects for the templates, which form the sentences."""
 
 import math
 import operator
@@ -56,7 +56,7 @@ def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tupl
 
 
 def write_report(study: Study, folder: Path) -> tuple[str, Path]:
-    """Write report.html into ``folder``, beside the figures it shows; return the first screen and the file."""
+    """Write report.html into ``folder``, next to its figures; return the first screen and the file."""
     content = facts(study)
     text = render_file(PACKAGE, "report.md.j2", content, filters=FILTERS).rstrip() + made_by()
     file = write_page(folder, title=f"velotyre: {study.settings.bicycle.name}", text=text)
@@ -144,7 +144,7 @@ def _list_sampled(study: Study) -> list[tuple[str, tuple[float, float], str]]:
 
 
 class CheckRow(NamedTuple):
-    """A quantity of one result, whose linear standard deviation random bicycles check."""
+    """A quantity of one result, whose linear standard uncertainty is checked by Monte Carlo samples."""
 
     result: Result  # whose quantity it is
     quantity: Quantity  # with its linear sd and its samples
@@ -156,34 +156,34 @@ class CheckRow(NamedTuple):
 
     @property
     def excess(self) -> float:
-        """Relative excess of the standard deviation of the draws over the linear one."""
+        """Relative excess of the standard deviation of the samples over the linear standard uncertainty."""
         return self.quantity.sampled_sd / self.quantity.linear_sd - 1
 
     @property
     def bias(self) -> float:
-        """Mean of the draws less the value, in linear standard deviations."""
+        """Mean of the samples less the value, in linear standard uncertainties."""
         return (self.quantity.sampled_mean - self.quantity.value) / self.quantity.linear_sd
 
 
 class Edge(NamedTuple):
-    """Critical speed at which unstable wobble begins or ends, and what is valid of its uncertainty."""
+    """Onset or end of unstable wobble, and what is valid of its uncertainty."""
 
     crossing: UncertainCriticalSpeed  # speed and linear sd, m/s
-    interval: tuple[float, float] | None  # m/s, of 95 % of the draws, where the linear sd is not valid for it
+    interval: tuple[float, float] | None  # m/s, of 95 % of the samples, where the linear sd is not valid
     has_sd: bool  # the linear sd is valid, as far as it was checked
 
 
 class Bands(NamedTuple):
-    """Unstable wobble of one case in the reference world."""
+    """Unstable wobble of one tyre condition in the reference case."""
 
     result: Result  # of the case
-    # start and end of each band; None: it begins below, or goes on above, the speeds looked at
+    # start and end of each band; None: outside the speeds studied
     edges: list[tuple[Edge | None, Edge | None]]
     frequencies: list[float]  # Hz, at every edge
 
 
 def _make_bands(study: Study, result: Result) -> Bands:
-    """List the bands of unstable wobble of one case that begin up to the highest speed looked at."""
+    """List the bands of unstable wobble of one case that start up to the highest speed studied."""
     edges = []
     frequencies = []
     for band in result.bands(study.settings.fastest):
@@ -193,7 +193,7 @@ def _make_bands(study: Study, result: Result) -> Bands:
 
 
 def _make_edge(study: Study, result: Result, crossing: UncertainCriticalSpeed | None) -> Edge | None:
-    """Say whether the linear sd of an edge holds; where random bicycles say that it does not, their interval does."""
+    """Judge whether the linear sd of an edge is valid; where the samples contradict it, take their interval."""
     if crossing is None:
         return None
     q = find_check(study, result, crossing)
@@ -203,7 +203,7 @@ def _make_edge(study: Study, result: Result, crossing: UncertainCriticalSpeed | 
 
 
 def find_check(study: Study, result: Result, edge: CriticalSpeed) -> Quantity | None:
-    """Find the quantity with the random bicycles of an ``edge`` of wobble; None where none were drawn."""
+    """Find the quantity with the samples of an ``edge`` of wobble; None if it was not sampled."""
     case = (result.setup, result.case.name, result.case.condition)  # a result of another process is another object
     for check in study.checks:
         if (check.result.setup, check.result.case.name, check.result.case.condition) == case:
@@ -214,14 +214,14 @@ def find_check(study: Study, result: Result, edge: CriticalSpeed) -> Quantity | 
 
 
 def is_doubtful(study: Study, edge: CriticalSpeed) -> bool:
-    """True if the linear standard deviation of such an ``edge`` is not valid in one of the cases that were checked."""
+    """True if the linear standard uncertainty of such an ``edge`` is not valid in one of the checked cases."""
     quantities = [q for check in study.checks for q in check.quantities if not is_linear(q)]
     doubtful = [(q.crossing.mode, q.crossing.destabilising) for q in quantities if q.crossing]
     return (edge.mode, edge.destabilising) in doubtful
 
 
 def is_linear(q: Quantity) -> bool:
-    """True if the linear standard deviation is valid: the draws have the same, and none has lost the quantity."""
+    """True if the linear standard uncertainty is valid: the samples agree with it, and none has lost the quantity."""
     return not differs(q) and not q.lost
 
 
@@ -236,7 +236,7 @@ class Printed(NamedTuple):
     total: Decimal  # after - before
     length: Decimal  # by the relaxation length alone
     stiffness: Decimal  # by the cornering stiffness alone
-    interaction: Decimal  # what both together add to the two parts
+    interaction: Decimal  # remainder of the total
 
 
 def round_change(change: Change, digits: int) -> Printed:
@@ -248,7 +248,7 @@ def round_change(change: Change, digits: int) -> Printed:
 
 
 def parts(study: Study, quantity: str, digits: int) -> Any:
-    """Yield decomposition, change and its rounded numbers in the reference world, for one ``quantity``."""
+    """Yield decomposition, change and its rounded numbers in the reference case, for one ``quantity``."""
     for d in study.decompositions:
         for change in d.changes:
             if d.setup == study.settings.reference and change.quantity == quantity:
@@ -261,18 +261,18 @@ def never_stable(result: Result, limit: float) -> bool:
 
 
 class OtherCrossing(NamedTuple):
-    """A mode beside wobble, or all together, that becomes stable or unstable in one world."""
+    """A mode other than wobble, or all modes, that become stable or unstable in one case."""
 
-    setup: Setup  # world
+    setup: Setup  # case
     mode: str  # its name in words
     state: str  # stable or unstable above the speeds
-    speeds: list[float]  # m/s, of every crossing in every case; empty: it never is
-    number: int  # cases in which it happens
-    total: int  # cases in that world
+    speeds: list[float]  # m/s, of every crossing on every tyre condition; empty: there is none
+    number: int  # tyre conditions with such a crossing
+    total: int  # tyre conditions in that case
 
 
 def _other_crossings(study: Study) -> Iterator[OtherCrossing]:
-    """Find the modes beside wobble that change their stability, and the worlds in which none is ever stable."""
+    """Find the modes other than wobble that change their stability, and the cases that are never stable."""
     limit = study.settings.fastest
     for setup in study.settings.setups:
         results = study.results_of(setup)
@@ -312,7 +312,7 @@ def span_of(values: Sequence[float], digits: str, *, sign: bool = False, scale: 
 
 
 def two_digits(sd: float) -> str:
-    """Print a standard deviation with two digits, never as a power of ten."""
+    """Print a standard uncertainty with two digits, never as a power of ten."""
     return np.format_float_positional(sd, precision=2, fractional=False, trim="-")
 
 

@@ -1,7 +1,7 @@
-"""Modes, damping ratios, critical speeds and unstable wobble of one tyre case in one world, each with its sd.
+"""Modes, damping ratios, critical speeds and unstable wobble of one tyre condition in one case, each with its sd.
 
-Wobble is what tracking calls so: the pair of the front turning about the steer axis. Its frequency alone does not tell
-it from weave; only if tracking gives both names does the frequency decide.
+Wobble is the oscillation that mode tracking names so: the front frame turning about the steer axis. Frequency alone
+does not distinguish it from weave; it decides only if tracking gives both names.
 """
 
 import math
@@ -31,7 +31,7 @@ COMPARED = (WOBBLE, WEAVE)
 CAMBER = tuple(f"camber_thrust.camber_stiffness.{wheel}" for wheel in WHEELS)
 FRICTION = "steer_damper"
 TRAIL, TWIST = "pneumatic_trail", "twisting_torque"
-# effects whose numbers the plausible fronts vary: they count as exact in a standard deviation
+# effects whose numbers the samples vary: they are treated as exact in a standard uncertainty
 PLAUSIBLE = ("front_compliance", "rider_arms", FRICTION, "camber_thrust", TRAIL, TWIST)
 
 
@@ -85,7 +85,7 @@ def _by_wheel(value: PerWheel) -> dict[str, float]:
 
 
 def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, Any]:
-    """Compute the assumed parameters (SI) that depend on the bicycle ``p``: camber stiffness, place of the hinge."""
+    """Compute the assumed parameters (SI) that depend on the bicycle ``p``: camber stiffness, place of the joint."""
     dependent: dict[str, Any] = {}
     if "camber_thrust" not in settings.further:
         dependent |= zip(CAMBER, _camber_stiffness(setup, p), strict=True)
@@ -95,7 +95,7 @@ def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, 
 
 
 def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Compute camber stiffness (N/rad), rear and front: the share of the wheel load that a world assumes."""
+    """Compute camber stiffness (N/rad), rear and front: the share of the wheel load that a case assumes."""
     rear, front = static_loads(bodies(p), p["w"], p["g"])
     share = np.broadcast_to(setup.camber_share, 2)
     return share[0] * rear, share[1] * front
@@ -109,7 +109,7 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
         "effects": {LAW: dict(case.table), **effect_tables(settings, setup)},
     }
 
-    # What the plausible fronts vary counts as exact here, unless it follows from the bicycle.
+    # What the samples vary is treated as exact here, unless it follows from the bicycle.
     followers = follow(settings, setup, settings.bicycle.values)
     parameters = model(settings, setup, case.contact).parameters
     exact = {key: 0.0 for key in parameters if ParameterKey.parse(key).effect in PLAUSIBLE and key not in followers}
@@ -124,9 +124,9 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
 
 
 def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int) -> Iterator[dict[str, float] | None]:
-    """Yield the parameters (SI) of ``count`` random bicycles; None for a draw that is no bicycle.
+    """Yield the parameters (SI) of ``count`` samples; None for an impossible sample.
 
-    All cases have the same bicycles, each case its own tyres.
+    All conditions share the samples of the bicycle; each has its own samples of the tyres.
     """
     bicycles = uncertain.draw(count, settings.seed)
     tyres = uncertain.draw(count, 1 + settings.seed + sum(map(ord, case.name + case.condition)))
@@ -137,7 +137,7 @@ def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int
 
 @dataclass(frozen=True)
 class UncertainCriticalSpeed(CriticalSpeed):
-    """Critical speed with standard deviations (m/s): of tyre data and bicycle, and of the tyre data alone."""
+    """Critical speed with standard uncertainties (m/s): of tyre data and bicycle, and of the tyre data alone."""
 
     sd: float  # m/s, of tyre data and bicycle
     tyre_sd: float  # m/s, of the tyre data alone
@@ -145,7 +145,7 @@ class UncertainCriticalSpeed(CriticalSpeed):
 
 @dataclass(frozen=True)
 class Band:
-    """Speeds in which a mode is unstable; None: it begins below, or goes on above, the speeds looked at."""
+    """Speeds in which a mode is unstable; None: onset or end outside the speeds studied."""
 
     start: UncertainCriticalSpeed | None  # where the mode becomes unstable
     end: UncertainCriticalSpeed | None  # where it becomes stable again, at a higher speed
@@ -157,21 +157,21 @@ class Span:
 
     low: float  # m/s; 0: unstable from rest on
     high: float  # m/s; infinite: unstable beyond the limit
-    limit: float  # m/s, highest speed that is looked at
+    limit: float  # m/s, highest speed studied
 
     @property
     def endless(self) -> bool:
-        """True if it goes on beyond the speeds that are looked at."""
+        """True if it extends beyond the speeds studied."""
         return self.high > self.limit
 
 
 def wobble_edges(edges: Iterable[ACriticalSpeed]) -> list[ACriticalSpeed]:
-    """Select the critical speeds at which wobble begins or ends, rising."""
+    """Select the critical speeds at which wobble becomes unstable or stable, rising."""
     return sorted((edge for edge in edges if is_wobble(edge)), key=lambda edge: edge.speed)
 
 
 def is_wobble(edge: CriticalSpeed) -> bool:
-    """Return True if wobble begins or ends at a critical speed."""
+    """Return True if wobble becomes unstable or stable at a critical speed."""
     if not edge.oscillatory or WOBBLE not in edge.mode.split("+") or edge.frequency_hz >= LIMITS.tyres_hz:
         return False
     return edge.mode == WOBBLE or edge.frequency_hz >= LIMITS.wobble_hz
@@ -207,7 +207,7 @@ def unstable_bands(crossings: Sequence[UncertainCriticalSpeed]) -> list[Band]:
 
 @dataclass(frozen=True)
 class Uncertain:
-    """A number, its standard deviation, and that of the tyre data alone."""
+    """A number, its standard uncertainty, and that of the tyre data alone."""
 
     value: float  # in the unit of the quantity, as both sds
     sd: float  # of tyre data and bicycle
@@ -216,14 +216,14 @@ class Uncertain:
 
 @dataclass(frozen=True)
 class LeastDamped:
-    """Least damped wobble at the speeds that are ridden: eigenvalue (1/s) and speed (m/s)."""
+    """Wobble of minimum damping ratio at ridden speeds: eigenvalue (1/s) and speed (m/s)."""
 
     eigenvalue: complex  # 1/s, upper half plane
     speed: float  # m/s
 
     @property
     def damping_ratio(self) -> float:
-        """Damping ratio, below zero if it grows."""
+        """Damping ratio, negative if unstable."""
         return float(damping_ratio(self.eigenvalue))
 
 
@@ -232,15 +232,15 @@ class Result:
     """One tyre case in one setup; the last speed of ``modes`` is the report speed, added to the study's."""
 
     case: TyreCase  # tyre, surface and pressures
-    setup: Setup  # world: hands and front
+    setup: Setup  # case: hands and front frame
     modes: Modes  # along the study's speeds, m/s
     crossings: tuple[UncertainCriticalSpeed, ...]  # up to the highest speed of the search, rising
     frequency: dict[str, Uncertain]  # mode -> Hz at the report speed; missing if it is no oscillation
     damping: dict[str, Uncertain]  # mode -> damping ratio, likewise
-    least: LeastDamped | None  # None: wobble is no oscillation at the speeds that are ridden
+    least: LeastDamped | None  # None: wobble does not oscillate at ridden speeds
 
     def bands(self, limit: float) -> list[Band]:
-        """Bands of unstable wobble that begin up to ``limit`` (m/s); one without edges if it is unstable throughout."""
+        """Bands of unstable wobble that start up to ``limit`` (m/s); one without edges if unstable throughout."""
         bands = unstable_bands(self.wobble_edges)
         if not bands and self.span(limit):
             return [Band(None, None)]
@@ -248,7 +248,7 @@ class Result:
 
     @property
     def wobble_edges(self) -> list[UncertainCriticalSpeed]:
-        """Critical speeds at which unstable wobble begins or ends, rising."""
+        """Critical speeds at which wobble becomes unstable or stable, rising."""
         return wobble_edges(self.crossings)
 
     def span(self, limit: float) -> Span | None:
@@ -289,7 +289,7 @@ def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
 def _add_sd(
     values: Mapping[str, float], gradients: Array, covariance: Array, tyre_covariance: Array
 ) -> dict[str, Uncertain]:
-    """Give the value of each mode its standard deviations, from ``gradients`` (modes, p) in uncertain parameters."""
+    """Give the value of each mode its standard uncertainties, from ``gradients`` (modes, p) in uncertain parameters."""
     sds = standard_deviation(gradients, covariance).tolist()
     tyre_sds = standard_deviation(gradients, tyre_covariance).tolist()
     rows = zip(values.items(), sds, tyre_sds, strict=True)
@@ -297,14 +297,14 @@ def _add_sd(
 
 
 def least_damped_wobble(modes_along_speed: Modes) -> LeastDamped | None:
-    """Find the least damped wobble at those of the speeds that are ridden; None if it oscillates at none."""
+    """Find the wobble of minimum damping ratio at ridden speeds; None if it does not oscillate there."""
     speeds = modes_along_speed.speeds
     ridden = (speeds >= LIMITS.ridden[0]) & (speeds <= LIMITS.ridden[1])
     oscillating = []
     for name, values in modes_along_speed.branches.items():
         if WOBBLE not in name.split("+"):
             continue
-        slowest = 0.0 if name == WOBBLE else angular_frequency(LIMITS.wobble_hz)  # rad/s; else it may be weave
+        slowest = 0.0 if name == WOBBLE else angular_frequency(LIMITS.wobble_hz)  # rad/s; slower may be weave
         for speed, root in zip(speeds[ridden], values[ridden, 0], strict=True):
             if root.imag > slowest:
                 oscillating.append(LeastDamped(complex(root), float(speed)))

@@ -1,4 +1,4 @@
-"""Questions to the main study: a bicycle, four worlds, and how far what nobody measured may be off."""
+"""Settings of the main study: a bicycle, four cases, and the ranges of the assumed values."""
 
 import math
 from collections.abc import Mapping
@@ -42,27 +42,30 @@ PLAIN = {
 
 
 def plain_name(bicycle: Bicycle) -> str:
-    """Name of a ``bicycle`` for a reader who does not know its file."""
+    """Name a ``bicycle`` in words."""
     return PLAIN.get(bicycle.name, bicycle.name.replace("_", " "))
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Numbers that decide a name or a verdict of the main study."""
+    """Limits that decide a name or a verdict of the main study."""
 
     camber_share: float = 0.65  # 1/rad of the load, the middle of what Dressel (2013) measured
     camber_range: tuple[float, float] = (0.43, 0.94)  # 1/rad, from Dressel's 0.0075 per degree to the Schwalbe tyre
-    written: float = 0.2  # of a number of a model file: who writes a front asks about that front, not about any
-    ridden: tuple[float, float] = (3.0, 20.0)  # m/s, where the least damping of wobble is looked for
+    written: float = 0.2  # relative variation of a number of a model file, a value of this bicycle
+    ridden: tuple[float, float] = (3.0, 20.0)  # m/s, ridden speeds, at which the minimum damping ratio is sought
     wobble_hz: float = 4.0  # weave is at 1 to 4 Hz, wobble at 4 to 10 Hz; decides where tracking gives both names
     tyres_hz: float = 15.0  # near rest the wheels vibrate on their tyres at 16 to 20 Hz
-    typical_bar: float = 5.5  # the pressure nearest to it is looked at in detail
-    likely: tuple[float, float] = (0.05, 0.95)  # quantiles of the plausible bicycles that a band joins
-    wheelbase: tuple[float, float] = (0.9, 1.2)  # m; a front is assumed for bicycles like the packaged ones,
+    typical_bar: float = 5.5  # the pressure nearest to it is studied in detail
+    likely: tuple[float, float] = (0.05, 0.95)  # quantiles of the samples between which a band is drawn
+    wheelbase: tuple[float, float] = (
+        0.9,
+        1.2,
+    )  # m; front-frame compliance is assumed for bicycles like the packaged ones,
     wheel: tuple[float, float] = (0.28, 0.38)  # m, radius of the front wheel: it is that of a racing frame
-    fewest: int = 10  # plausible bicycles that wobble: of fewer a band joins all
+    fewest: int = 10  # samples with unstable wobble: of fewer the band spans all
     practical: float = 1.0  # m/s of unstable speeds: a smaller change is none that a rider meets
-    slowest: float = -12.0  # 1/s; what decays faster is left out of the picture
+    slowest: float = -12.0  # 1/s; faster decay is not drawn
     widest: float = 0.9  # of the relaxation length, which contains the half length of the contact
 
 
@@ -71,7 +74,7 @@ LIMITS = Limits()
 
 @dataclass(frozen=True)
 class Assumed:
-    """A number that nobody measured: the effect's parameter that declares it, and what the study takes instead."""
+    """An assumed value: the effect's parameter that declares it, and the value and range the study takes."""
 
     effect: str  # identifier of the effect
     name: str  # of its parameter
@@ -91,7 +94,7 @@ class Assumed:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Lowest and highest plausible value, SI."""
+        """Lowest and highest value of the samples, SI."""
         return self.range or self.declared.typical
 
 
@@ -110,14 +113,14 @@ ASSUMED: Mapping[str, Assumed] = {
         "pneumatic_trail",
         "trail",
         range=(0.012, 0.026),
-        reason="of the packaged Schwalbe tyre at 300 to 600 N, 3 to 5 bar; a diagnosis looks from no trail on",
+        reason="of the packaged Schwalbe tyre at 300 to 600 N, 3 to 5 bar; a diagnosis starts from no pneumatic trail",
     ),
     "twisting": Assumed("twisting_torque", "twisting_stiffness"),
     "arm_inertia": Assumed("rider_arms", "inertia"),
     "arm_stiffness": Assumed("rider_arms", "stiffness"),
     "arm_damping": Assumed("rider_arms", "damping"),
 }
-"""Number of the study -> where it is declared; all that differs from the declaration stands here, with its reason."""
+"""Number of the study -> where it is declared; all that differs from the declaration is here, with its reason."""
 
 
 OF_FRONT = ("stiffness", "damping")
@@ -126,49 +129,49 @@ OF_ARMS = ("inertia", "stiffness", "damping")
 
 @dataclass(frozen=True)
 class Front:
-    """Flexible front: hinge at ``joint_height`` (m) where the steer axis passes it, SI units."""
+    """Front-frame compliance: joint at ``joint_height`` (m) on the steer axis, SI units."""
 
-    stiffness: float = ASSUMED["stiffness"].usual  # N m/rad, of the hinge
-    damping: float = ASSUMED["damping"].usual  # N m s/rad, of the hinge
+    stiffness: float = ASSUMED["stiffness"].usual  # N m/rad, of the joint
+    damping: float = ASSUMED["damping"].usual  # N m s/rad, of the joint
     joint_height: float = -ASSUMED["joint_z"].usual  # m above the ground
-    joint_x: float | None = None  # m before the rear contact; None: where the steer axis has the height of the hinge
-    # rad, hinge axis above the horizontal, forward end up; None: perpendicular to the steer axis
+    joint_x: float | None = None  # m before the rear contact; None: on the steer axis
+    # rad, joint axis above the horizontal, forward end up; None: perpendicular to the steer axis
     axis_tilt: float | None = None
-    friction: float = ASSUMED["friction"].usual  # N m s/rad, damping of the steering, added to that of a steer damper
+    friction: float = ASSUMED["friction"].usual  # N m s/rad, of the steering, added to that of a steering damper
     from_file: bool = False  # True: of a model file; False: assumed
-    defaults: tuple[str, ...] = ()  # of stiffness and damping what the model file leaves out
+    defaults: tuple[str, ...] = ()  # of stiffness and damping, those that the model file omits
 
     def hinge_x(self, p: Table) -> Any:
-        """Place of the hinge, m before the rear contact of a parameter set."""
+        """Place of the joint, m before the rear contact of a parameter set."""
         return p["w"] + p["c"] - self.joint_height * np.tan(p["lam"]) if self.joint_x is None else self.joint_x
 
 
 @dataclass(frozen=True)
 class Arms:
-    """Both hands on the bar: what the arms add to the steering, SI units (effect ``rider_arms``)."""
+    """Both hands on the handlebar: impedance of the arms about the steer axis, SI units (effect ``rider_arms``)."""
 
     inertia: float = ASSUMED["arm_inertia"].usual  # kg m^2, about the steer axis
     stiffness: float = ASSUMED["arm_stiffness"].usual  # N m/rad, against steering
     damping: float = ASSUMED["arm_damping"].usual  # N m s/rad, against steering
     from_file: bool = False  # True: of a model file; False: assumed
-    defaults: tuple[str, ...] = ()  # what the model file leaves out
+    defaults: tuple[str, ...] = ()  # those that the model file omits
 
 
 def shifts(assumed: Assumed) -> tuple[float, float]:
-    """Plausible values of a number less the assumed one, SI, rounded as the table states them."""
+    """Range of a parameter less its assumed value, SI, rounded as the table states it."""
     low, high = (round(end - assumed.usual, 9) for end in assumed.ends)
     return low, high
 
 
 @dataclass(frozen=True)
 class Ranges:
-    """Plausible values of what nobody measured: (low, high) of each, SI; ``hinge`` and ``friction`` as shifts."""
+    """Ranges of the assumed values: (low, high) of each, SI; ``hinge`` and ``friction`` as shifts."""
 
-    stiffness: tuple[float, float] = ASSUMED["stiffness"].ends  # N m/rad, of the front
-    damping: tuple[float, float] = ASSUMED["damping"].ends  # N m s/rad, of the front
-    hinge: tuple[float, float] = shifts(ASSUMED["joint_z"])  # m, added to the height of the hinge
-    friction: tuple[float, float] = ASSUMED["friction"].ends  # N m s/rad, added to that of the front
-    camber_share: tuple[float, float] = LIMITS.camber_range  # 1/rad of the load; of a stated camber thrust a factor
+    stiffness: tuple[float, float] = ASSUMED["stiffness"].ends  # N m/rad, of the front frame
+    damping: tuple[float, float] = ASSUMED["damping"].ends  # N m s/rad, of the front frame
+    hinge: tuple[float, float] = shifts(ASSUMED["joint_z"])  # m, added to the height of the joint
+    friction: tuple[float, float] = ASSUMED["friction"].ends  # N m s/rad, added to that of the steering
+    camber_share: tuple[float, float] = LIMITS.camber_range  # 1/rad of the load; of a stated camber stiffness a factor
     trail: tuple[float, float] = ASSUMED["trail"].ends  # m, of either tyre
     twisting: tuple[float, float] = ASSUMED["twisting"].ends  # N m/rad, of either tyre
     arm_inertia: tuple[float, float] = ASSUMED["arm_inertia"].ends  # kg m^2
@@ -181,14 +184,14 @@ PerWheel = float | tuple[float, float]
 
 @dataclass(frozen=True)
 class Setup:
-    """One world beside the tyre's law: a flexible front (None: rigid), hands on the bar (None: off), more of the tyre.
+    """One case: front-frame compliance (None: rigid), hands on the handlebar (None: off), further tyre properties.
 
     ``trail`` (m), ``twisting`` (N m/rad) and ``camber_share`` (1/rad of the load) are of both wheels, or rear and
-    front; with a ``contact_half_length`` (m) the tyre is a string, whose trail is its own.
+    front; with a ``contact_half_length`` (m) the tyre is a string with its own pneumatic trail.
     """
 
     front: Front | None
-    arms: Arms | None = None  # what both hands add to the steering; None: off the bar
+    arms: Arms | None = None  # None: hands off
     camber_share: PerWheel = LIMITS.camber_share
     trail: PerWheel = ASSUMED["trail"].usual
     twisting: PerWheel = ASSUMED["twisting"].usual
@@ -206,12 +209,12 @@ class Setup:
 
     @property
     def label(self) -> str:
-        """Name of the world, as a heading."""
+        """Name of the case, as a heading."""
         return f"hands {self.hands}, {self.front_name} front frame"
 
     @property
     def assumed(self) -> bool:
-        """True if the world rests on a front that nobody measured."""
+        """True if the front frame of the case is assumed, not measured."""
         return self.front is not None and not self.front.from_file
 
 
@@ -222,8 +225,8 @@ class Settings:
     bicycle: Bicycle  # with its rider, if there is one
     # (n,), m/s, rising, at which modes are computed
     speeds: Array = field(default_factory=lambda: np.linspace(0, 30, 121))
-    front: Front | None = field(default_factory=Front)  # None: nobody knows it, and none is assumed
-    arms: Arms = field(default_factory=Arms)  # what the hands add where they are on the bar
+    front: Front | None = field(default_factory=Front)  # None: unknown, and none is assumed
+    arms: Arms = field(default_factory=Arms)  # of the cases with hands on
     camber_share: float = LIMITS.camber_share  # 1/rad of the load, assumed camber stiffness of a tyre that states none
     trail: float = ASSUMED["trail"].usual  # m, likewise
     twisting: float = ASSUMED["twisting"].usual  # N m/rad, likewise
@@ -235,13 +238,13 @@ class Settings:
     postures: tuple[Bicycle, ...] = ()  # the same bicycle with its rider in each posture; empty: none is known
     report_speed: float = 15.0  # m/s, at which frequency and damping ratio are reported
     max_speed: float = 60.0  # m/s, up to which critical speeds are searched
-    samples: int = 500  # random bicycles that check each linear standard deviation
+    samples: int = 500  # Monte Carlo samples that check each linear standard uncertainty
     seed: int = 0  # of all random numbers
-    fronts: int = 64  # plausible bicycles that are drawn for each case
+    fronts: int = 64  # samples for each case
 
     @property
     def fastest(self) -> float:
-        """Highest speed that is looked at, m/s."""
+        """Highest speed studied, m/s."""
         return float(self.speeds[-1])
 
     @property
@@ -252,21 +255,21 @@ class Settings:
 
     @property
     def reference(self) -> Setup:
-        """World in which wobble is worst: nothing holds the handlebar, the front flexes if one is known."""
+        """Reference case, with the least damped wobble: hands off, flexible front frame if one is known."""
         return self.setups[0]
 
     @property
     def setups(self) -> tuple[Setup, ...]:
-        """Four worlds, the reference first; two without a flexible front."""
-        worlds = []
+        """Four cases, the reference first; two if no flexible front frame is known."""
+        cases = []
         for front in dict.fromkeys((self.front, None)):
             for arms in (None, self.arms):
-                worlds.append(Setup(front, arms, self.camber_share, self.trail, self.twisting))
-        return tuple(worlds)
+                cases.append(Setup(front, arms, self.camber_share, self.trail, self.twisting))
+        return tuple(cases)
 
     @property
     def ranges(self) -> Ranges:
-        """Ranges around what is assumed; a number that a model file states is known to a fifth."""
+        """Ranges around the assumed values; a number of a model file is varied by 20 %."""
         stated: dict[str, float] = {}  # number of the model file, SI
         if self.front and self.front.from_file:
             of_front = [name for name in OF_FRONT if name not in self.front.defaults]
@@ -286,13 +289,13 @@ class Settings:
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """Names of what a model file leaves out of its front and arms, which is assumed."""
+        """Names of the values of front frame and arms that a model file omits, which are assumed."""
         of_front = self.front.defaults if self.front else ()
         return (*(f"front-frame {name}" for name in of_front), *(f"arm {name}" for name in self.arms.defaults))
 
 
 def assumed_front(bicycle: Bicycle) -> Front | None:
-    """Assume a front for a ``bicycle``; None for one unlike those whose fronts are known to wobble, as a cargo one."""
+    """Assume front-frame compliance for a ``bicycle``; None if it is unlike the measured ones, as a cargo bicycle."""
     alike = LIMITS.wheelbase[0] <= bicycle["w"] <= LIMITS.wheelbase[1]
     return Front() if alike and LIMITS.wheel[0] <= bicycle["rF"] <= LIMITS.wheel[1] else None
 
@@ -307,32 +310,32 @@ def settings_of(
     rider: str | None = None,
     posture: str | None = None,
 ) -> Settings:
-    """Read the study of a model file, or of a bicycle with everything beside it assumed."""
+    """Read the study of a model file, or of a bicycle with everything else assumed."""
     tyre_options: dict[str, Any] = {"tyre": tyre or "", "surface": surface, "pressures": read_pressures(pressures)}
     if surface is not None and tyre is None:
         raise InputError(f"--surface {surface} is of a measured tyre; give --tyre too, for example --tyre Tyre1")
     named_bicycle = None if model is None else find_bicycle(model)
     if named_bicycle is not None:
         if bicycle is not None:
-            raise InputError(f"two bicycles, {model} and --bicycle {bicycle}; leave one out")
+            raise InputError(f"two bicycles, {model} and --bicycle {bicycle}; remove one")
         model, bicycle = None, named_bicycle
     if posture is not None and rider is None:
-        raise InputError(f"--posture {posture} needs a --rider; or take a packaged bicycle whose rider sits so")
+        raise InputError(f"--posture {posture} requires --rider, or a packaged bicycle with a rider in this posture")
     if model is not None:
         for option, value in (("bicycle", bicycle), ("rider", rider)):
             if value is not None:
                 raise InputError(
-                    f"--{option} {value}: a model file names its own bicycle; leave --{option} out or change 'bicycle' "
+                    f"--{option} {value}: a model file names its own bicycle; remove --{option} or change 'bicycle' "
                     f"in {model}"
                 )
         content = _read_model_file(model)
         if tyre is not None and "contact" in content:
             law = f"its own contact law, [effects.{LAW}]"
-            raise InputError(f"{model} has {law}; change the tyre there, or leave --tyre out")
+            raise InputError(f"{model} has {law}; change the tyre there, or remove --tyre")
         return Settings(**{"front": assumed_front(content["bicycle"])} | content | tyre_options)
     if rider is not None:
         if bicycle is None:
-            raise InputError(f"--rider {rider} needs the --bicycle to sit on, for example --bicycle pista")
+            raise InputError(f"--rider {rider} requires --bicycle, for example --bicycle pista")
         ridden, postures = _with_rider(bicycle, rider, posture)
         return Settings(ridden, front=assumed_front(ridden), postures=postures, **tyre_options)
     chosen = load_bicycle(bicycle or DEFAULT_BICYCLE)
@@ -345,22 +348,22 @@ def read_pressures(text: str | None) -> tuple[float, ...]:
         return ()
     bars = typed_numbers(text.split(","), "bar")
     if not bars:
-        raise InputError(f"--pressures {text!r}: give bar, for example 3.5,5,7, or the unit behind the last: 50,80psi")
+        raise InputError(f"--pressures {text!r}: give bar, for example 3.5,5,7, or the unit after the last: 50,80psi")
     for bar in bars:
         if not (math.isfinite(bar) and 0 < bar <= MOST_BAR):
             raise InputError(f"--pressures {text!r}: {bar:g} is out of range; give above 0 and up to {MOST_BAR:g} bar")
     if len(set(bars)) < len(bars):
-        raise InputError(f"--pressures {text!r} holds a pressure twice; give each once")
+        raise InputError(f"--pressures {text!r} repeats a pressure; give each once")
     return tuple(sorted(bars))
 
 
 def _read_model_file(model: str) -> dict[str, Any]:
-    """Read the fields of :class:`Settings` that a model file gives; refuse another contact law than a lag."""
-    whole = read_model(model)  # complains of all that is wrong in the file
+    """Read the fields of :class:`Settings` that a model file gives; refuse a contact law other than a lag."""
+    whole = read_model(model)  # reports all errors of the file
     law = next(effect.identifier for effect in whole.effects if effect.slot == "contact law")
     if law not in (LAW, DEFAULT_CONTACT):
         raise InputError(
-            f"{model}: the main study is about tyres with a relaxation length, but the file has {law}; use {LAW}, or "
+            f"{model}: the main study requires tyres with a relaxation length, but the file has {law}; use {LAW}, or "
             f"velotyre critical {model} for this model"
         )
     tables = _with_numbers(read_toml(Path(model), "model file").get("effects", {}), whole)
@@ -392,7 +395,7 @@ def _read_model_file(model: str) -> dict[str, Any]:
 
 
 def _with_numbers(tables: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """Copy the tables of effects; what the tyre gives beside its contact law becomes numbers."""
+    """Copy the tables of effects; further properties of the tyre become numbers."""
     numbers = {name: dict(table) for name, table in tables.items()}
     for text in values_of_tyres(tables):
         key = ParameterKey.parse(text)
@@ -404,7 +407,7 @@ def _with_numbers(tables: Mapping[str, Any], model: Model) -> dict[str, Any]:
 
 
 def _with_rider(frame: str, rider: str, posture: str | None) -> tuple[Bicycle, tuple[Bicycle, ...]]:
-    """Put a rider on a frame; also return the bicycles with this rider in every posture within reach."""
+    """Put a rider on a frame; also return the bicycles with this rider in every possible posture."""
     from bicycle.rider.rider_body import read_rider
     from bicycle.rider.rider_frame import rider_on_bicycle
     from studies.reporting.rider_report import with_provenance
@@ -433,6 +436,6 @@ def _packaged_postures(bicycle: Bicycle) -> tuple[Bicycle, ...]:
     stem, _, posture = bicycle.name.rpartition("_")
     family = [f"{stem}_{name}" for name in POSTURES]
     packaged = posture in POSTURES and set(family) <= set(available_bicycles())
-    if not packaged or load_bicycle(bicycle.name).values != bicycle.values:  # or a file of the user with the same name
+    if not packaged or load_bicycle(bicycle.name).values != bicycle.values:  # or a user's file with the same name
         return ()
     return tuple(load_bicycle(name) for name in family)

@@ -1,4 +1,4 @@
-"""The main study: measured tyres at their pressures in four worlds -> modes, critical speeds, and what decides them."""
+"""The main study: measured tyres at their pressures in four cases -> modes, critical speeds, and their causes."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,21 +16,21 @@ Distribute = Callable[..., list[Any]]  # (work, items, label) -> results of work
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """Everything the main study found; ``left_out`` holds what could not be computed, and why."""
+    """Results of the main study; ``left_out`` holds what could not be computed, with the reason."""
 
-    settings: Settings  # what was asked: bicycle, tyre, worlds, speeds
+    settings: Settings  # bicycle, tyre, cases, speeds
     cases: tuple[TyreCase, ...]  # by tyre and surface, then rising pressure
     focus: TyreCase  # case of the tyre in question that is nearest to the typical pressure
-    left_out: tuple[str, ...]  # tyre, condition, world and reason, a sentence each
-    results: tuple[Result, ...]  # of every case in the reference world, of the tyre in question in all
-    # of each tyre and surface measured at two pressures, in each world
+    left_out: tuple[str, ...]  # tyre, condition, case and reason, a sentence each
+    results: tuple[Result, ...]  # of every condition in the reference case, of the tyre in question in all cases
+    # of each tyre and surface measured at two pressures, in each case
     decompositions: tuple[compare.Decomposition, ...]
     # lowest and highest pressure of the tyre in question; reference case, then the same with hands on
     plausible: tuple[compare.Plausible, ...]
     hinges: tuple[compare.Hinge, ...]  # the largest change first
-    contact_models: tuple[compare.ContactModels, ...]  # reference world, lowest and highest pressure of that tyre
+    contact_models: tuple[compare.ContactModels, ...]  # reference case, lowest and highest pressure of that tyre
     sources: compare.Sources  # of the case in focus
-    checks: tuple[compare.Check, ...]  # lowest and highest pressure of the tyre in question, reference world
+    checks: tuple[compare.Check, ...]  # lowest and highest pressure of the tyre in question, reference case
     amplitudes: tuple[compare.Amplitude, ...]  # likewise
 
     @property
@@ -62,7 +62,7 @@ class Study:
 
     @property
     def has_cycles(self) -> bool:
-        """True if there are periodic motions of wobble, lasting or not."""
+        """True if there are periodic motions of wobble, stable or not."""
         return any(amplitude.jumps for amplitude in self.amplitudes)
 
     @property
@@ -72,7 +72,7 @@ class Study:
 
     @property
     def peak_factor(self) -> float | None:
-        """Peak factor of the tyres that is assumed for the amplitudes; None where their files hold whole curves."""
+        """Peak factor of the tyres that is assumed for the amplitudes; None where their files hold full curves."""
         return next((amplitude.peak_factor for amplitude in self.amplitudes if amplitude.peak_factor), None)
 
     def results_of(self, setup: Setup, name: str | None = None) -> list[Result]:
@@ -85,7 +85,7 @@ class Study:
         return _find(self.results, case, setup)
 
     def samples_around(self, result: Result | None) -> compare.Plausible | None:
-        """Find the random bicycles around one result; None where none were drawn."""
+        """Find the samples around one result; None if there are none."""
         return _find(self.plausible, result.case, result.setup) if result else None
 
     def decomposition(self, setup: Setup, name: str) -> compare.Decomposition | None:
@@ -95,7 +95,7 @@ class Study:
 
 @contextmanager
 def spread(workers: int) -> Iterator[Distribute]:
-    """Give ``distribute(work, items, label)``: results of ``work(*item)`` in order, over processes, with a bar."""
+    """Give ``distribute(work, items, label)``: results of ``work(*item)`` in order, over processes."""
     from bicycle.effects.effect_registry import model_workers
     from tyre.ground.progress import progress_bar
 
@@ -112,7 +112,7 @@ def spread(workers: int) -> Iterator[Distribute]:
 
 
 def run_here(work: Callable[..., Any], items: Iterable[tuple[Any, ...]], label: str) -> list[Any]:
-    """Give the results of ``work(*item)`` in order, computed by this process alone, with a bar called ``label``."""
+    """Give the results of ``work(*item)`` in order, computed by this process alone, showing progress as ``label``."""
     from tyre.ground.progress import progress_bar
 
     return [work(*item) for item in progress_bar(list(items), desc=label, unit="step")]
@@ -122,7 +122,7 @@ def run_study(settings: Settings, *, distribute: Distribute = run_here, cases: C
     """Compute the study; ``distribute`` spreads the work (see :func:`spread`), by default over this process alone."""
     cases = cases or tyre_cases(settings)
 
-    # Modes and critical speeds of every case; the tyre in question has them in all worlds.
+    # Modes and critical speeds of every case; the tyre in question has them in all cases.
     results, left_out = _solve_cases(settings, cases, distribute)
     subject = [r.case for r in results if r.setup == settings.reference and r.case.name == cases.studied[0].name]
     if not subject:
@@ -133,7 +133,7 @@ def run_study(settings: Settings, *, distribute: Distribute = run_here, cases: C
     # What causes the change from the highest to the lowest pressure.
     decompositions = distribute(compare.decompose, _pressure_changes(settings, results), "causes of the changes")
 
-    # The reference world at the lowest and highest pressure: what nobody measured varied, random bicycles, amplitude.
+    # The reference case at the lowest and highest pressure: samples, Monte Carlo check, amplitude.
     end_cases = tuple(dict.fromkeys((subject[0], subject[-1])))
     end_results = [_find(results, case, settings.reference) for case in end_cases]
     ends = [(settings, r.case, r.setup) for r in end_results]
@@ -159,7 +159,7 @@ def run_study(settings: Settings, *, distribute: Distribute = run_here, cases: C
 
 
 def _solve_cases(settings: Settings, cases: Cases, distribute: Distribute) -> tuple[list[Result], list[str]]:
-    """Solve every case in the reference world and the first tyre in all; also say what is left out and why."""
+    """Solve every condition in the reference case and the first tyre in all; also list what is left out and why."""
     first = cases.studied[0].name
     items = []
     for setup in settings.setups:
@@ -177,7 +177,7 @@ def _solve_cases(settings: Settings, cases: Cases, distribute: Distribute) -> tu
 
 
 def _pressure_changes(settings: Settings, results: Sequence[Result]) -> list[tuple[Settings, Result, Result]]:
-    """Pair the results at highest and lowest pressure of each tyre and surface, in each world."""
+    """Pair the results at highest and lowest pressure of each tyre and surface, in each case."""
     changes = []
     for setup in settings.setups:
         for higher, lower in pressure_ends([r.case for r in results if r.setup == setup]):
@@ -212,6 +212,6 @@ def _solve(settings: Settings, case: TyreCase, setup: Setup) -> Result | str:
 
 
 def _find(entries: Sequence[Any], case: TyreCase, setup: Setup) -> Any:
-    """Find the entry of a case and setup; cases of other processes are told apart by name and condition."""
+    """Find the entry of a case and setup; cases of other processes are identified by name and condition."""
     key = (setup, case.name, case.condition)
     return next((entry for entry in entries if (entry.setup, entry.case.name, entry.case.condition) == key), None)

@@ -1,4 +1,4 @@
-"""Tidy tables of the main study; every column with a unit says so in its name."""
+"""Tidy tables of the main study; the name of a column ends with its unit."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -84,7 +84,7 @@ def test_pressures_are_read_in_bar_and_sorted():
     ("", "give bar, for example 3.5,5,7"), ("hard", "'hard': give bar"), ("4;5", "'4;5': give bar"),
     ("0", "0 is out of range; give above 0 and up to 20 bar"), ("-3", "-3 is out of range"),
     ("nan", "give bar"), ("inf", "give bar"), ("350", "350 is out of range"),
-    ("4,4.0", "holds a pressure twice"), ("4,,5", "give bar"),
+    ("4,4.0", "repeats a pressure"), ("4,,5", "give bar"),
 ])  # fmt: skip
 def test_pressures_that_are_refused(text, words):
     refuses(words, main_study.read_pressures, text)
@@ -169,7 +169,7 @@ def test_a_tyre_without_a_lag_is_refused(model):
 
 def test_a_model_and_a_bicycle_are_refused(model, tmp_path, refused):
     file = model(TYRE)
-    with pytest.raises(InputError, match="--bicycle rigid: a model file names its own bicycle; leave --bicycle out"):
+    with pytest.raises(InputError, match="--bicycle rigid: a model file names its own bicycle; remove --bicycle"):
         main_study.settings_of(file, bicycle="rigid")
     said = refused("run", file, "--bicycle", "rigid", "--out", tmp_path / "out")
     assert said.startswith("velotyre: --bicycle rigid: a model file names its own bicycle")
@@ -190,5 +190,5 @@ def test_a_bicycle_in_the_place_of_the_model_is_the_bicycle(tmp_path):
     assert main_study.settings_of("pista", pressures="4,6").bicycle.values == by_option.bicycle.values
     (tmp_path / "mine.toml").write_text(to_toml(load_bicycle("browser")))
     assert main_study.settings_of(str(tmp_path / "mine.toml")).bicycle.values == load_bicycle("browser").values
-    refuses("two bicycles, pista and --bicycle rigid; leave one out", main_study.settings_of, "pista", bicycle="rigid")
+    refuses("two bicycles, pista and --bicycle rigid; remove one", main_study.settings_of, "pista", bicycle="rigid")
     refuses("unknown bicycle or model 'pisto'; did you mean 'pista'", main_study.settings_of, "pisto")
