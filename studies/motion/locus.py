@@ -20,7 +20,7 @@ from studies.model_space.changed_model import ModelSpace
 from studies.model_space.model_argument import choose
 from studies.reporting.plotting import GREY, Look, drawing, hatch_extrapolated, mode_look
 from tyre.ground.arrays import Array, Complex
-from tyre.ground.errors import InputError, unknown
+from tyre.ground.errors import TINY, InputError, unknown
 from tyre.ground.number_with_unit import typed_numbers
 
 if TYPE_CHECKING:
@@ -182,6 +182,7 @@ RATIOS = (0.05, 0.1, 0.2, 0.4, 0.7)
 ARROWS = (0.3, 0.7)  # of the length of a branch in view
 SHORTEST = 0.05  # of the width of the figure: shorter branches carry one arrow or none
 UNSTABLE = "#f6dedb"
+FASTER = 5.0  # times the fastest main mode, up to which the window follows a mode that the parameter moves
 
 
 def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency_hz: float | None = None) -> None:
@@ -237,18 +238,37 @@ def line_look(name: str) -> Look:
 
 
 def _window(locus: RootLocus, max_frequency_hz: float | None) -> tuple[float, float, float, float]:
-    """Left, right, bottom, top of the window; real roots far left of it are cut off."""
+    """Left, right, bottom, top of the window: the main modes and those that the parameter moves.
+
+    Real roots far left of it, and roots many times faster than the main modes, are cut off.
+    """
     declared = known_modes()
     main = [name in declared and declared[name].main for name in locus.names]
     roots = locus.eigenvalues[:, main] if locus.eigenvalues[:, main].imag.any() else locus.eigenvalues
+    moved = locus.eigenvalues[:, _moved_modes(locus)]
     if max_frequency_hz is None:
         crossing = max((float(angular_frequency(c.frequency_hz)) for c in locus.crossings), default=0.0)
         top = 1.15 * max(roots.imag.max() or np.abs(roots).max(), crossing)
+        top = max(top, min(1.15 * moved.imag.max(initial=0.0), FASTER * top))
     else:
         top = float(angular_frequency(max_frequency_hz))
     visible = locus.eigenvalues[locus.eigenvalues.imag <= top].real
     left = min(max(1.08 * visible.min(), -0.75 * top), -0.1 * top)
+    left = min(left, max(1.08 * moved[moved.imag > 0].real.min(initial=0.0), -1.5 * top))
     return left, max(1.25 * min(visible.max(), top), -0.15 * left), -0.035 * top, top
+
+
+def _moved_modes(locus: RootLocus) -> NDArray[np.bool_]:
+    """True (n,) for the root that the parameter moves most and for all that it moves by a quarter of their size.
+
+    The speed moves every root; there the main modes are what is looked for.
+    """
+    if locus.key == SPEED:
+        return np.zeros(len(locus.names), bool)
+    extent = np.abs(locus.eigenvalues - locus.eigenvalues[0]).max(0)
+    share = extent / np.maximum(np.abs(locus.eigenvalues).max(0), TINY)
+    is_largest = extent >= extent.max() * (1 - 1e-9)
+    return np.asarray((is_largest & (share >= 0.05)) | (share >= 0.25))
 
 
 def _plane(axes: Any, limits: tuple[float, float, float, float]) -> None:

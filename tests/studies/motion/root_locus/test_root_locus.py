@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 import wobble_onsets
 from eigenvalue_sets import assert_same_eigenvalues
+from matplotlib.figure import Figure
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.model import ModelFamily, read_model
@@ -116,6 +117,19 @@ def test_pressure_of_a_measured_tyre(file, tmp_path, tyre):
     same = np.linalg.eigvals(one.matrices(np.array([rear]))[0])
     here = read_model(file(model)).linear_model().eigenvalues(6.0)
     assert_same_eigenvalues(same, here, atol=1e-9 * np.abs(here).max())
+
+
+@pytest.mark.parametrize(("key", "span", "mode"), [
+    ("relaxation_length.relaxation_length.rear", "0.03:0.25", "rear_tyre"),  # real part from -115 to -13 1/s
+    ("front_compliance.damping", "5:40", "front_compliance"),  # at 193 rad/s, five times as fast as wobble
+    ("front_compliance.stiffness", "500:9000", "wobble"),
+])  # fmt: skip
+def test_the_mode_that_a_parameter_moves_is_in_view(file, tmp_path, monkeypatch, key, span, mode):
+    labels = []
+    monkeypatch.setattr(Figure, "legend", lambda _, handles, texts, **__: labels.extend(texts))
+    main(["root-locus", str(file(SOFT)), "--parameter", key, "--range", span, "--speed", "7",
+          "--out", str(tmp_path / "out")])  # fmt: skip
+    assert {mode.replace("_", " "), "weave", "wobble", "capsize"} <= set(labels)  # none "(out of view)"
 
 
 def test_tied_defaults_follow_the_bicycle(file):
