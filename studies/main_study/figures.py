@@ -103,8 +103,9 @@ def _name_condition(result: Result) -> str:
 
 
 def case_words(setup: Setup) -> str:
-    """Name a case, with "(assumed)" if its front frame is assumed, not measured."""
-    return setup.label + (" (assumed)" if setup.assumed else "")
+    """Name a case, with "(assumed)" behind hands or front frame that nobody measured."""
+    hands, front = setup.label.split(", ")
+    return f"{hands}{' (assumed)' if setup.hands_assumed else ''}, {front}{' (assumed)' if setup.assumed else ''}"
 
 
 def _draw_cases(axes: Any, study: Study) -> None:
@@ -115,7 +116,8 @@ def _draw_cases(axes: Any, study: Study) -> None:
         results = [study.result(setup, case) for case in cases]
         _hatch_row(axes, row, extrapolated=cases[0].extrapolated)
         if all(result and not result.span(limit) for result in results):
-            axes.text(1.3, row, "stable", fontsize=8, va="center", color="0.3", style="italic")
+            words = "stable" + _name_unstable_share(study, results)
+            axes.text(1.3, row, words, fontsize=8, va="center", color="0.3", style="italic")
             continue
         for k, (case, result) in enumerate(zip(cases, results, strict=True)):
             height = row + 0.36 * (k - (len(cases) - 1) / 2)
@@ -132,6 +134,13 @@ def _draw_cases(axes: Any, study: Study) -> None:
     axes.set_title("Speeds of unstable wobble, by case", fontsize=9)
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
+
+
+def _name_unstable_share(study: Study, results: Sequence[Result | None]) -> str:
+    """Share of the samples of a stable case that are unstable, by pressure, as words; empty without samples."""
+    samples = [study.samples_around(result) for result in results]
+    shares = [f"{sample.wobbling_share:.0%} at {sample.case.condition}" for sample in samples if sample and sample.count]
+    return f"; unstable samples: {', '.join(shares).replace('%', ' %')}" if shares else ""
 
 
 def draw_amplitude(study: Study, target: Path) -> None:

@@ -83,11 +83,6 @@ class CaseComparison:
         """True if a wheel load or a pressure is far outside of what was measured."""
         return any(result.case.out_of_reach for result in self.results)
 
-    @property
-    def hands_assumed(self) -> bool:
-        """True if the arms on the handlebar are assumed."""
-        return self.setup.arms is not None and not self.setup.arms.from_file
-
 
 @dataclass(frozen=True, eq=False)
 class BarWobble:
@@ -273,7 +268,7 @@ def record(study: Study, answer: Answer) -> dict[str, Any]:
         "cases": [
             {
                 "hands": case.setup.hands,
-                "hands_assumed": case.hands_assumed,
+                "hands_assumed": case.setup.hands_assumed,
                 "front_frame": case.setup.front_name,
                 "front_frame_assumed": case.assumed,
                 "low": end(case.low),

@@ -217,6 +217,11 @@ class Setup:
         """True if the front frame of the case is assumed, not measured."""
         return self.front is not None and not self.front.from_file
 
+    @property
+    def hands_assumed(self) -> bool:
+        """True if the arms on the handlebar are assumed."""
+        return self.arms is not None and not self.arms.from_file
+
 
 @dataclass(frozen=True)
 class Settings:

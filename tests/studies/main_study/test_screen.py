@@ -31,7 +31,7 @@ def test_the_cases_are_those_of_the_results(racing):
         low, high = (racing.result(one.setup, racing.subject[k]).span(limit) for k in (0, -1))
         assert one.longer == pytest.approx(unstable_length(low, limit) - unstable_length(high, limit))
     assert [one.assumed for one in found.cases] == [True, True, False, False]
-    assert [one.hands_assumed for one in found.cases] == [False, True, False, True]
+    assert [one.setup.hands_assumed for one in found.cases] == [False, True, False, True]
 
 
 def test_the_samples_of_the_reference_case_give_the_grade(racing):
