@@ -14,7 +14,7 @@ PLACES = {
         "wobble_edges", "wobble_span",
     ),
     "compare": (
-        "CRITICAL", "DAMPING", "Amplitude", "Change", "Check", "End", "Hinge", "Plausible", "contact_models",
+        "CRITICAL", "DAMPING", "Amplitude", "Change", "Check", "End", "Hinge", "Samples", "contact_models",
         "decompose", "front_draws", "front_values", "hinges", "named_speeds", "sample_bicycles",
         "wobble_growth",
     ),

@@ -20,7 +20,7 @@ from bicycle.motion.nonlinear import MagicTyre
 from bicycle.stability.critical import CriticalSpeed, CrossingIdentity, by_identity, critical_speeds
 from bicycle.stability.named_modes import modes
 from bicycle.stability.sensitivity import critical_speed_sensitivities
-from studies.main_study import result as world
+from studies.main_study import result as solution
 from studies.main_study.cases import TyreCase, tyre_cases
 from studies.main_study.result import FRICTION, TRAIL, TWIST, WOBBLE, LeastDamped, Result, Span
 from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Settings, Setup
@@ -83,7 +83,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
     only_stiffness[0::2] = after[0::2]
     only_length[1::2] = after[1::2]
     speeds = [named_speeds(higher.crossings), named_speeds(lower.crossings)]
-    models = (world.model(settings, setup, contact).linear_model() for contact in (only_stiffness, only_length))
+    models = (solution.model(settings, setup, contact).linear_model() for contact in (only_stiffness, only_length))
     speeds += [named_speeds(critical_speeds(linear, max_speed=settings.max_speed)) for linear in models]
     changes = []
     for identity, start in speeds[0].items():
@@ -92,7 +92,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
             change = Change(identity, CRITICAL, start, end, stiffness - start, length - start)
             if change.of_one_crossing:
                 changes.append(change)
-    at_lower, at_higher = world.oscillations(lower.modes), world.oscillations(higher.modes)
+    at_lower, at_higher = solution.oscillations(lower.modes), solution.oscillations(higher.modes)
     ends = (_follow_roots(settings, setup, before, to, at_higher) for to in (after, only_stiffness, only_length))
     for (mode, eigenvalue), *roots in zip(at_higher.items(), *ends, strict=True):
         if mode in at_lower and abs(roots[0] - at_lower[mode]) < 1e-6 * abs(roots[0]):  # else another root has the name
@@ -115,8 +115,8 @@ def _follow_roots(
     if not roots:
         return []
     for share in np.linspace(0, 1, 17)[1:]:
-        linear = world.model(settings, setup, start + share * (end - start)).linear_model()
-        roots = [world.nearest_root(linear, settings.report_speed, root) for root in roots]
+        linear = solution.model(settings, setup, start + share * (end - start)).linear_model()
+        roots = [solution.nearest_root(linear, settings.report_speed, root) for root in roots]
     return roots
 
 
@@ -163,10 +163,10 @@ class Variant(NamedTuple):
 
     def wobble(self, label: str = "") -> End:
         """Find where its wobble is unstable and how it is damped; ``label`` names it."""
-        linear = world.model(self.settings, self.setup, self.contact).linear_model()
+        linear = solution.model(self.settings, self.setup, self.contact).linear_model()
         fastest = self.settings.fastest
-        span = world.wobble_span(linear, critical_speeds(linear, max_speed=fastest), fastest)
-        return End(label, span, world.least_damped_wobble(modes(linear, self.settings.speeds)))
+        span = solution.wobble_span(linear, critical_speeds(linear, max_speed=fastest), fastest)
+        return End(label, span, solution.least_damped_wobble(modes(linear, self.settings.speeds)))
 
 
 def in_reference_world(settings: Settings, case: TyreCase) -> Variant:
@@ -191,7 +191,7 @@ def hinges(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> tu
 
 def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) -> Iterator[tuple[str, Ends]]:
     """Yield the name of what is varied, and both of its ends."""
-    base = in_reference_world(settings, focus)
+    base = in_reference_setup(settings, focus)
     ranges = settings.ranges
     yield "hands off/on", {"off": base, "on": base.vary(arms=settings.arms)}
     if front := base.setup.front:
@@ -216,7 +216,7 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
             yield WORDS[name], {f"{v:g} {unit}": base.vary(**{name: v}) for v in values}
     by_pressure = sorted((case for case in cases if case.pressures_bar), key=lambda case: case.pressure_bar)
     if len(by_pressure) > 1:
-        lowest, highest = (in_reference_world(settings, case) for case in (by_pressure[0], by_pressure[-1]))
+        lowest, highest = (in_reference_setup(settings, case) for case in (by_pressure[0], by_pressure[-1]))
         yield "pressure", {by_pressure[0].condition: lowest, by_pressure[-1].condition: highest}
     postures = _postures(settings, focus)
     if len(postures) > 1:
@@ -243,7 +243,7 @@ def _postures(settings: Settings, focus: TyreCase) -> Ends:
         for case in tyre_cases(seated).studied:
             if (case.name, case.condition) == (focus.name, focus.condition):
                 posture = bicycle.name.rpartition("_")[2]
-                ends[posture] = in_reference_world(seated, case)
+                ends[posture] = in_reference_setup(seated, case)
     return ends
 
 
@@ -324,7 +324,7 @@ def _compare_contact(settings: Settings, case: TyreCase, half_length: Array, *, 
     half_length = np.minimum(half_length, LIMITS.widest * relaxation_length)
     trail = tuple(string_trail(half_length=half_length, relaxation_length=relaxation_length).tolist())
     rear, front = half_length.tolist()
-    base = in_reference_world(settings, case)
+    base = in_reference_setup(settings, case)
     return ContactModels(
         case,
         (rear, front),
@@ -357,7 +357,7 @@ def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
     curves = curves_of({"effects": {LAW: dict(case.table)}})
     try:
         cycles = find_limit_cycles(
-            world.model(settings, case.apply_to(setup), case.contact),
+            solution.model(settings, case.apply_to(setup), case.contact),
             rear=curves.get("rear"),
             front=curves.get("front"),
             max_speed=settings.max_speed,
@@ -405,7 +405,7 @@ class Sources:
 
 def sources(settings: Settings, case: TyreCase) -> Sources:
     """Compute the share of each source in the variance of the critical speeds of a case."""
-    uncertain = world.uncertainty(settings, case, settings.reference)
+    uncertain = solution.uncertainty(settings, case, settings.reference)
     crossings = uncertain.crossings(settings.fastest)
     slopes = critical_speed_sensitivities(uncertain.nominal, list(crossings.values())) if crossings else {}
     shares = {}
@@ -429,7 +429,7 @@ class Check:
 def check(settings: Settings, result: Result) -> Check:
     """Compare linear and sampled standard deviations of one result; a failed check stops nothing else."""
     try:
-        quantities = world.uncertainty(settings, result.case, result.setup).quantities(
+        quantities = solution.uncertainty(settings, result.case, result.setup).quantities(
             np.array([settings.report_speed]),
             max_speed=settings.max_speed,
             samples=settings.samples,
@@ -491,22 +491,22 @@ def sample_bicycles(settings: Settings, case: TyreCase, setup: Setup) -> Plausib
     onset, end = np.full((2, count), np.nan)
     computed = np.zeros(count, bool)
     growth = np.full((count, len(speeds)), np.nan)
-    uncertain = world.uncertainty(settings, case, setup)
+    uncertain = solution.uncertainty(settings, case, setup)
     family = ModelFamily(uncertain.nominal)
     drawn = front_draws(settings)
-    for k, values in enumerate(world.draws(settings, case, uncertain, count)):
+    for k, values in enumerate(solution.draws(settings, case, uncertain, count)):
         if values is None:
             continue
         try:
             linear = family.linear_model(values | front_values(settings, case.apply_to(setup), drawn, k, values))
-            span = world.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
+            span = solution.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
             growth[k] = wobble_growth(linear, speeds)
         except InputError:  # an impossible sample is counted, and reported with the count
             continue
         computed[k] = True
         if span:
             onset[k], end[k] = span.low, min(span.high, settings.fastest)
-    return Plausible(case, setup, onset, end, computed, growth)
+    return Samples(case, setup, onset, end, computed, growth)
 
 
 def growth_speeds(settings: Settings) -> Array:
@@ -561,7 +561,7 @@ def front_values(
             joint_height=setup.front.joint_height + new["hinge"],
             friction=setup.front.friction + new["friction"],
         )
-        damper = world.effect_tables(settings, replace(setup, front=front))[FRICTION]
+        damper = solution.effect_tables(settings, replace(setup, front=front))[FRICTION]
         parameters |= {
             "front_compliance.stiffness": front.stiffness,
             "front_compliance.damping": front.damping,

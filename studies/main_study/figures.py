@@ -139,7 +139,9 @@ def _draw_cases(axes: Any, study: Study) -> None:
 def _name_unstable_share(study: Study, results: Sequence[Result | None]) -> str:
     """Share of the samples of a stable case that are unstable, by pressure, as words; empty without samples."""
     samples = [study.samples_around(result) for result in results]
-    shares = [f"{sample.wobbling_share:.0%} at {sample.case.condition}" for sample in samples if sample and sample.count]
+    shares = [
+        f"{sample.wobbling_share:.0%} at {sample.case.condition}" for sample in samples if sample and sample.count
+    ]
     return f"; unstable samples: {', '.join(shares).replace('%', ' %')}" if shares else ""
 
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from studies.main_study.compare import Amplitude, Hinge, Plausible, front_draws
+from studies.main_study.compare import Amplitude, Hinge, Samples, front_draws
 from studies.main_study.grades import GRADE_RULES, GradedAnswer, grade_samples
 from studies.main_study.result import Result, Span
 from studies.main_study.settings import LIMITS, OF_FRONT, Settings, Setup
@@ -178,7 +178,7 @@ def answer(study: Study) -> Answer:
     )
 
 
-def grade(settings: Settings, assumed_of_tyre: tuple[str, ...], *samples: Plausible | None) -> GradedAnswer:
+def grade(settings: Settings, assumed_of_tyre: tuple[str, ...], *samples: Samples | None) -> GradedAnswer:
     """Grade the answer by the ``samples`` at the lowest and, if there are two, at the highest pressure.
 
     Without a front frame wobble cannot be judged, so the grade is inconclusive.

@@ -26,7 +26,7 @@ class Study:
     # of each tyre and surface measured at two pressures, in each case
     decompositions: tuple[compare.Decomposition, ...]
     # lowest and highest pressure of the tyre in question; reference case, then the same with hands on
-    plausible: tuple[compare.Plausible, ...]
+    samples: tuple[compare.Samples, ...]
     hinges: tuple[compare.Hinge, ...]  # the largest change first
     contact_models: tuple[compare.ContactModels, ...]  # reference case, lowest and highest pressure of that tyre
     sources: compare.Sources  # of the case in focus
@@ -138,7 +138,7 @@ def run_study(settings: Settings, *, distribute: Distribute = run_here, cases: C
     end_results = [_find(results, case, settings.reference) for case in end_cases]
     ends = [(settings, r.case, r.setup) for r in end_results]
     sampled = [(settings, case, setup) for setup in settings.setups[:2] for case in end_cases]
-    plausible = distribute(compare.sample_bicycles, sampled, "parameter samples")
+    samples = distribute(compare.sample_bicycles, sampled, "parameter samples")
     checks = distribute(compare.check, [(settings, r) for r in end_results], "Monte Carlo")
     amplitudes = distribute(compare.amplitude, ends, "amplitude of wobble")
 
@@ -149,7 +149,7 @@ def run_study(settings: Settings, *, distribute: Distribute = run_here, cases: C
         left_out=tuple(left_out),
         results=tuple(results),
         decompositions=tuple(decompositions),
-        plausible=tuple(plausible),
+        samples=tuple(samples),
         hinges=compare.hinges(settings, subject, focus),
         contact_models=compare.contact_models(settings, end_cases),
         sources=compare.sources(settings, focus),

@@ -170,9 +170,9 @@ def _wobble(study: Study) -> Iterator[Row]:
         }
         for edge in ("onset", "end"):
             low, high = (samples.interval(edge) if samples else None) or (None, None)
-            row |= {f"plausible_{edge}_5_%_m_s": low, f"plausible_{edge}_95_%_m_s": high}
+            row |= {f"samples_{edge}_5_%_m_s": low, f"samples_{edge}_95_%_m_s": high}
         counts = (samples.count, samples.stable_count) if samples else (None, None)
-        yield row | dict(zip(("random_bicycles", "of_these_without_wobble"), counts, strict=True))
+        yield row | dict(zip(("samples", "samples_without_wobble"), counts, strict=True))
 
 
 def _hinges(study: Study) -> Iterator[Row]:
@@ -190,7 +190,7 @@ def _hinges(study: Study) -> Iterator[Row]:
 
 
 def _front_samples(study: Study) -> Iterator[Row]:
-    for samples in study.plausible:
+    for samples in study.samples:
         for k, (onset, end, computed) in enumerate(zip(samples.onset, samples.end, samples.computed, strict=True)):
             yield _condition(study, samples.case, samples.setup) | {
                 "number": k,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from studies.main_study import LeastDamped, Plausible, UncertainCriticalSpeed, first_screen
+from studies.main_study import LeastDamped, Samples, UncertainCriticalSpeed, first_screen
 
 LOW, MIDDLE, HIGH = "3.5 bar", "5.5 bar", "7.5 bar"
 STAY = np.full(20, 5.0)  # m/s
@@ -35,13 +35,13 @@ def altered(study, changes, onsets=None, **settings):
             low, high, ratio = changes[r.case.condition]
             r = replace(r, crossings=edges(low, high), least=least(ratio))
         results.append(r)
-    for p in study.plausible:
+    for p in study.samples:
         if p.setup == reference and p.case.name == name:
             onset = np.array((onsets or {}).get(p.case.condition, STAY), float)
             end = np.where(np.isnan(onset), np.nan, 20.0)
-            p = Plausible(p.case, p.setup, onset, end, np.ones(len(onset), bool), np.zeros((len(onset), 30)))
+            p = Samples(p.case, p.setup, onset, end, np.ones(len(onset), bool), np.zeros((len(onset), 30)))
         outer.append(p)
-    return replace(study, results=tuple(results), plausible=tuple(outer), settings=replace(study.settings, **settings))
+    return replace(study, results=tuple(results), samples=tuple(outer), settings=replace(study.settings, **settings))
 
 
 def told(study):

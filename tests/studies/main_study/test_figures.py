@@ -33,7 +33,9 @@ def test_the_headline_shows_growth_with_relaxation_lengths_and_the_unstable_spee
     found = [(p.get_x(), p.get_x() + p.get_width()) for p in bars.patches if p.get_width() < 30]
     spans = [results[k].span(30.0) for k in (0, -1)]
     np.testing.assert_allclose(found, [(span.low, min(span.high, 30.0)) for span in spans])
-    assert texts(bars).splitlines() == ["stable"] * 3  # the other cases
+    low, high = (f"{100 * one.wobbling_share:.0f} %" for one in racing.samples[2:])
+    hands_on = f"stable; unstable samples: {low} at 3.5 bar, {high} at 7.5 bar"
+    assert texts(bars).splitlines() == [hands_on, "stable", "stable"]  # the other cases
 
 
 def test_the_causes_of_a_change_are_those_of_the_decomposition(racing, canvases, tmp_path):
@@ -59,7 +61,12 @@ def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canva
     hollow = legend.legend_handles[words.index("hollow: becomes stable")]
     assert hollow.get_markerfacecolor() == "none"
     panels = {axes.get_title(): axes for axes in canvases[0].axes}
-    assert list(panels) == [s.label + " (assumed)" * s.assumed for s in racing.settings.setups]
+    assert list(panels) == [
+        "hands off, flexible front frame (assumed)",
+        "hands on (assumed), flexible front frame (assumed)",
+        "hands off, rigid front frame",
+        "hands on (assumed), rigid front frame",
+    ]
     heights = {}
     for line in panels[
         "hands off, flexible front frame (assumed)"

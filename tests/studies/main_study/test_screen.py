@@ -35,7 +35,7 @@ def test_the_cases_are_those_of_the_results(racing):
 
 
 def test_the_samples_of_the_reference_case_give_the_grade(racing):
-    found, (low, high) = answer(racing).graded, racing.plausible[:2]
+    found, (low, high) = answer(racing).graded, racing.samples[:2]
     change = np.nan_to_num(low.end - low.onset) - np.nan_to_num(high.end - high.onset)
     counts = (change >= 1.0).sum(), (change <= -1.0).sum(), len(change)
     assert (found.for_it, found.against, found.count) == counts
@@ -74,12 +74,12 @@ def test_a_front_frame_of_the_file_is_no_assumption(racing):
 
 def test_the_hands_are_no_promise(racing):
     """Arms that nobody measured: the share of the samples that wobble stands in the table and in a sentence."""
-    low, high = racing.plausible[2:]
-    assert [one.setup.hands for one in racing.plausible] == ["off", "off", "on", "on"]
+    low, high = racing.samples[2:]
+    assert [one.setup.hands for one in racing.samples] == ["off", "off", "on", "on"]
     onset = np.where(np.arange(6) < 3, 5.0, np.nan)
     low = replace(low, onset=onset, end=onset + 2.0, computed=np.ones(6, bool))
     high = replace(high, onset=np.full(6, np.nan), end=np.full(6, np.nan), computed=np.ones(6, bool))
-    study = replace(racing, plausible=(*racing.plausible[:2], low, high))
+    study = replace(racing, samples=(*racing.samples[:2], low, high))
     text = told(study)
     assert "| on*, flexible* | stable (50 %) | stable (0 %) |" in text
     assert "Hands on, 50 % of samples stay stable at 3.5 bar, 100 % at 7.5 bar." in text
@@ -118,12 +118,12 @@ def test_the_first_screen_is_short_and_true(racing, heavy):
 def test_what_could_not_be_compared_is_said(racing):
     stable = altered(racing, {LOW: (None, None, 0.03), HIGH: (None, None, 0.05)}, {LOW: STAY - 2}, fronts=20)
     assert "Lower pressure leaves the unstable range as it is (hands off, flexible front" in told(stable)
-    unknown = replace(racing, plausible=(), settings=replace(racing.settings, front=None))
+    unknown = replace(racing, samples=(), settings=replace(racing.settings, front=None))
     results = tuple(replace(r, setup=replace(r.setup, front=None)) for r in racing.results if r.setup.front)
     assert "Inconclusive. The front frame of this bicycle is unknown, and none is assumed: add" in told(
         replace(unknown, results=results)
     )
-    assert "Inconclusive. No sample could be computed." in told(replace(racing, plausible=()))
+    assert "Inconclusive. No sample could be computed." in told(replace(racing, samples=()))
 
 
 def test_the_record_holds_worlds_word_and_rule(racing, monkeypatch, tmp_path, printed):

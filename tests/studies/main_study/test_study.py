@@ -20,7 +20,7 @@ def test_the_tyre_in_question_is_solved_in_every_world_and_the_others_in_the_fir
     assert racing.names == ["Tyre1 flat", "Tyre3 flat"]
     assert [case.condition for case in racing.subject] == ["3.5 bar", "5.5 bar", "7.5 bar"]
     assert racing.focus.condition == "5.5 bar"
-    assert [(p.setup, p.case.condition) for p in racing.plausible] == [
+    assert [(p.setup, p.case.condition) for p in racing.samples] == [
         (setup, condition) for setup in racing.settings.setups[:2] for condition in ("3.5 bar", "7.5 bar")
     ]  # fmt: skip
     assert [one.result.case.condition for one in racing.checks] == ["3.5 bar", "7.5 bar"]
@@ -148,7 +148,7 @@ def test_a_tyre_called_like_a_script_stays_text(heavy, tmp_path):
 
     cases = tuple(replace(case, name=hostile) for case in heavy.cases)
     study = replace(heavy, cases=cases, focus=replace(heavy.focus, name=hostile), results=renamed(heavy.results),
-                    plausible=renamed(heavy.plausible), left_out=(f"{hostile}: gone",))  # fmt: skip
+                    samples=renamed(heavy.samples), left_out=(f"{hostile}: gone",))  # fmt: skip
     text = main_study.write_report(study, tmp_path)[1].read_text(encoding="utf-8")
     assert "<script>alert" not in text
     assert text.count("<script") == 1  # that of the page

@@ -42,7 +42,7 @@ def test_tables_are_tidy(racing, every):
     assert lengths["tyre_properties"] == 2 * 5
     assert lengths["wobble"] == 4 * 3 + 2
     assert lengths["one_at_a_time"] == 2 * len(racing.hinges)
-    assert lengths["front_frame_samples"] == 6 * len(racing.plausible)
+    assert lengths["front_frame_samples"] == 6 * len(racing.samples)
     assert lengths["critical_speeds"] == sum(len(r.crossings) for r in racing.results)
     keys = ["tyre", "surface", "pressure_rear_bar", "hands", "front"]
     assert not every["wobble"].duplicated(keys).any()
