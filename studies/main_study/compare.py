@@ -103,7 +103,7 @@ def decompose(settings: Settings, higher: Result, lower: Result) -> Decompositio
 
 def named_speeds(crossings: Iterable[CriticalSpeed]) -> dict[CrossingIdentity, float]:
     """Name critical speeds (m/s) by mode, direction and occurrence; onset and end of unstable wobble are of wobble."""
-    named = by_identity(crossing.rename(WOBBLE) if world.is_wobble(crossing) else crossing for crossing in crossings)
+    named = by_identity(crossing.rename(WOBBLE) if solution.is_wobble(crossing) else crossing for crossing in crossings)
     return {identity: float(crossing.speed) for identity, crossing in named.items()}
 
 
@@ -169,7 +169,7 @@ class Variant(NamedTuple):
         return End(label, span, solution.least_damped_wobble(modes(linear, self.settings.speeds)))
 
 
-def in_reference_world(settings: Settings, case: TyreCase) -> Variant:
+def in_reference_setup(settings: Settings, case: TyreCase) -> Variant:
     """Put the bicycle on the tyres of ``case``, hands off and with the flexible front frame if there is one."""
     return Variant(settings, case.apply_to(settings.reference), case.contact)
 
@@ -443,7 +443,7 @@ def check(settings: Settings, result: Result) -> Check:
 
 
 @dataclass(frozen=True, eq=False)
-class Plausible:
+class Samples:
     """Onset and end (m/s) of unstable wobble of each sample (n,), NaN without unstable wobble; and its growth rate.
 
     ``growth`` (n, speeds), 1/s, is the largest real part of the oscillations of wobble's frequencies.
@@ -485,7 +485,7 @@ class Plausible:
         return float(low), float(high)
 
 
-def sample_bicycles(settings: Settings, case: TyreCase, setup: Setup) -> Plausible:
+def sample_bicycles(settings: Settings, case: TyreCase, setup: Setup) -> Samples:
     """Sample bicycle, tyres and assumed values (a Sobol sequence over the ranges), and find the wobble of each."""
     count, speeds = settings.fronts, growth_speeds(settings)
     onset, end = np.full((2, count), np.nan)

@@ -84,9 +84,9 @@ class Study:
         """Find the result of one case; None if it could not be computed."""
         return _find(self.results, case, setup)
 
-    def samples_around(self, result: Result | None) -> compare.Plausible | None:
+    def samples_around(self, result: Result | None) -> compare.Samples | None:
         """Find the samples around one result; None if there are none."""
-        return _find(self.plausible, result.case, result.setup) if result else None
+        return _find(self.samples, result.case, result.setup) if result else None
 
     def decomposition(self, setup: Setup, name: str) -> compare.Decomposition | None:
         """Find the decomposition of the tyre and surface ``name``; None if it was measured at one pressure only."""
