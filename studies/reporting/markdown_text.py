@@ -14,8 +14,10 @@ from tyre.ground.files import write_text
 if TYPE_CHECKING:
     import jinja2
 
-SPECIAL = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "[": "&#91;", "]": "&#93;", "\n": " ", "\r": " "})
-"""Letters that open a tag or a link, and a line's end, behind which a heading or a table could begin."""
+SPECIAL = str.maketrans(
+    {"&": "&amp;", "<": "&lt;", ">": "&gt;", "[": "&#91;", "]": "&#93;", "*": "&#42;", "\n": " ", "\r": " "}
+)
+"""Characters that open a tag, a link or emphasis, and a line's end, after which a heading or a table could begin."""
 
 
 def escape_text(text: object) -> str:

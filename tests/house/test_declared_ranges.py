@@ -83,7 +83,7 @@ ROWS = {
     "trail": ("pneumatic trail", 1e-3),
     "twisting": ("twisting torque", 1.0),
     "arm_inertia": ("arms: inertia at the steering", 1.0),
-    "joint_z": ("height of its hinge on the steer axis", -1.0),
+    "joint_z": ("front-frame joint height, on the steer axis", -1.0),
     "friction": ("steering friction, as damping", 1.0),
 }
 """Number of the study -> its row on the page, and the unit of the page in SI (z is down)."""

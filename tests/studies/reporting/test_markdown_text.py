@@ -16,7 +16,7 @@ from studies.reporting import cell, cells, code, escape_text, make_environment, 
 ROOT = Path(__file__).parents[3]
 HOSTILE = (
     "<script>alert(1)</script>", "<img src=x onerror=alert(1)>", "[click](javascript:alert(1))", "&lt;script&gt;",
-    "![x](http://a/b.png)", "<http://a>", "a\n# heading", "a\n\n<script>",
+    "![x](http://a/b.png)", "<http://a>", "a\n# heading", "a\n\n<script>", "on*, flexible*", "**a**",
     '"><svg onload=alert(1)>', "</title><script>",
 )  # fmt: skip
 
