@@ -13,10 +13,10 @@ from tyre.maps.contact_patch import string_trail
 
 
 class ContactLength(Effect):
-    """Lateral force and moment of a string in contact from +a to -a, beside the relaxation length L that was measured.
+    """Lateral force and moment of a string in contact from +a to -a, within the measured relaxation length L.
 
     Its free ends decay over sigma, c_c is the lateral stiffness per length. Measured are C = 2 c_c (sigma + a)^2 and,
-    in a pull at rest, K = 2 c_c (sigma + a), so L = C/K is sigma + a. A deflection straight along the contact,
+    without rolling, K = 2 c_c (sigma + a), so L = C/K is sigma + a. A deflection straight along the contact,
     q0 + q1 x/a, gives F = K q0 and Mz = t C q1/a with the trail t = (L^3 - sigma^3) / (3 L^2). Over the travelled
     distance x, with the slip alpha = -s/v and the turn slip phi = -(yaw rate of the wheel)/v,
 
@@ -50,7 +50,7 @@ class ContactLength(Effect):
     family = "an aligning moment of the tyre"
 
     def check(self, parameters: Mapping[str, float]) -> None:
-        """Refuse a contact that leaves nothing of the relaxation length, which contains it."""
+        """Refuse a half length that is not below the relaxation length, which contains it."""
         for wheel in WHEELS:
             laws = [law.identifier for law in registry().values() if self.requires[0] in law.provides]
             keys = [f"{law}.relaxation_length.{wheel}" for law in laws]

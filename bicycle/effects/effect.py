@@ -37,9 +37,9 @@ class Parameter:
         Physically possible values, ends included, by default not negative; anything else is refused.
     typical : (float, float)
         Range that occurs on bicycles, declared here alone: sliders, sweeps, priors of a diagnosis, default standard
-        deviations and the plausible bicycles of the main study use it, and what lies outside is warned about.
+        deviations and the samples of the main study use it, and what lies outside is warned about.
     evidence : str
-        Where the typical range comes from, as far as it is said: what was measured, or that it is assumed.
+        Where the typical range comes from, as far as known: what was measured, or that it is assumed.
     default : float or str, optional
         Value when none is given; a string names the bicycle parameter it equals. None: it must be given.
     neutral : float, optional
@@ -188,7 +188,7 @@ class Tied:
 
 
 def signature(parameters: Sequence[Parameter]) -> inspect.Signature:
-    """Keyword-only signature; what must be given stands first."""
+    """Keyword-only signature; required parameters come first."""
     ordered = sorted(parameters, key=lambda p: p.default is not None)
     empty = inspect.Parameter.empty
     return inspect.Signature(
@@ -266,7 +266,7 @@ class Effect:
         with it.
     family : str
         Physics that the effect shares with others in most data, with its article (``an aligning moment of the tyre``):
-        a diagnosis that cannot tell members of one family apart names the family.
+        a diagnosis that cannot distinguish members of one family names the family.
     title : str
         Plain name, the first words of the docstring of the effect's file, unless it is given.
     description : str
@@ -373,7 +373,7 @@ class Effect:
         return twin
 
     def check(self, bicycle: Mapping[str, float]) -> None:
-        """Refuse values that make no sense beside those of the ``bicycle`` and the other effects (SI)."""
+        """Refuse values that contradict those of the ``bicycle`` and of the other effects (SI)."""
 
     def apply(self, model: ModelBuilder) -> None:
         """Add the effect to the symbolic ``model`` through its methods."""

@@ -44,7 +44,7 @@ class Origin:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the file that the class stands in."""
+        """SHA-256 of the file that defines the class."""
         return _digest((self.file or Path(str(sys.modules[self.module].__file__))).read_bytes())
 
     def load(self) -> Any:

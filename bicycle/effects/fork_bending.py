@@ -13,8 +13,8 @@ class ForkBending(SprungJoint):
     """A sprung and damped hinge across the steer axis that carries the front wheel and turns with the handlebar.
 
     Axis (cos lam, 0, -sin lam) through the steer axis, ``length`` above the point of it next to the wheel centre. A
-    lateral force F at the hub moves it by F length^2 / stiffness. Beside front_compliance, the twist of the frame, it
-    is the second joint of the front.
+    lateral force F at the hub moves it by F length^2 / stiffness. With front_compliance, the twist of the frame, it
+    is the second joint of the front frame.
     """
 
     stiffness = Parameter("N m/rad", "of the hinge", typical=(2e3, 2e4), default=6e3, neutral=math.inf, least=4e4)

@@ -12,11 +12,11 @@ class Longitudinal(Effect):
     """Forces along the wheels at both contacts, and what resists them: inertia of all masses, or weight on a slope.
 
     The force X = drive_force - brake_force changes the speed by dv/dt = X / m - g sin(slope). The equations are exact
-    at the moment of the speed (under no_slip the yaw rate of a steer angle grows with dv/dt as well); roots tell how
-    motion changes only where it does so faster than the speed. Where X = m g sin(slope) the gradient keeps the speed.
+    at the moment of the speed (under no_slip the yaw rate of a steer angle grows with dv/dt as well); roots describe
+    motion only where it changes faster than the speed. Where X = m g sin(slope) the gradient keeps the speed.
     Each mass m_i feels X m_i / m backwards, which with the spin-up of the wheels moves
     (X |z_m| + sum(Iyy / r) dv/dt) / w of load to the rear wheel. Forces are those of the road on the tyres: a wheel
-    that rolls freely takes -(Iyy / r^2) dv/dt, so beside a rear brake alone the front pushes forward, front_share =
+    that rolls freely takes -(Iyy / r^2) dv/dt, so with a rear brake alone the front wheel pushes forward, front_share =
     (Iyy / r^2) dv/dt / brake_force < 0. Tyres that a model file names are taken at these loads, those given by numbers
     are as given. Left out are slip along the wheel, which takes cornering stiffness, and the turning of the fall line
     against the heading.
@@ -58,7 +58,7 @@ class Longitudinal(Effect):
     )
 
     def check(self, bicycle: Mapping[str, float]) -> None:
-        """Refuse forces that lift a wheel, as far as the bicycle alone tells; its linear model looks again."""
+        """Refuse forces that lift a wheel, as far as the bicycle alone shows; its linear model checks again."""
         evaluator((type(self), NoSlip)).check_loads({**bicycle, **self.values(bicycle)})
 
     def apply(self, model: ModelBuilder) -> None:

@@ -8,7 +8,7 @@ from bicycle.parameters.rigid_bodies import Body
 class Luggage(PointMass):
     """A point mass fixed to the rear frame that the bicycle's parameters do not contain: bag, rack, battery, lock.
 
-    It brings weight, inertia and wheel loads; its own extent is small beside its distance from the wheels' contacts.
+    It brings weight, inertia and wheel loads; its own extent is small against its distance from the wheels' contacts.
     Usual are 0.5 kg (a rack or a lock by itself) to 10 kg.
     """
 

@@ -7,8 +7,8 @@ from bicycle.equations.lateral import ModelBuilder
 class OverturningMoment(Effect):
     """Moment Mx = -overturning_stiffness gamma - arm F about the forward axis of a leaning tyre with lateral force F.
 
-    The load of a leaning tyre acts beside its plane, and a lateral force shifts the contact sideways under the load. Of
-    a tyre of radius rho crown_radius does the first exactly; give here what is measured beyond it.
+    The load of a leaning tyre acts outside its plane, and a lateral force shifts the contact sideways under the load.
+    Of a tyre of radius rho crown_radius does the first exactly; give here what is measured beyond it.
     """
 
     requires = ("contact force",)

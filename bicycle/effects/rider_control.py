@@ -1,4 +1,4 @@
-"""A rider who steers: torque on the bar from roll and steer, through the muscles."""
+"""A rider who steers: torque on the handlebar from roll and steer, through the muscles."""
 
 import math
 

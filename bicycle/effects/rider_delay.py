@@ -7,7 +7,7 @@ from bicycle.equations.lateral import ModelBuilder
 
 
 class RiderDelay(Effect):
-    """Delay of what the rider's muscles are told, as a Pade approximant of order 2.
+    """Delay of the command to the rider's muscles, as a Pade approximant of order 2.
 
     D(s) = (1 - s delay/2 + (s delay)^2/12) / (1 + s delay/2 + (s delay)^2/12): the phase is right to 1 degree up to
     s = 2.2j / delay. Margins of velotyre closed-loop take the delay exactly.

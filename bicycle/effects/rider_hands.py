@@ -1,4 +1,4 @@
-"""Hands on the bar: arms that move with the bar through a grip that gives."""
+"""Hands on the handlebar: arms that move with it through a compliant grip."""
 
 from collections.abc import Mapping
 
@@ -10,11 +10,11 @@ from tyre.ground.errors import InputError
 
 
 class RiderHands(Effect):
-    """Arms as the mass that is felt at both hands, turning about the steer axis between torso and bar.
+    """Arms as the mass that is felt at both hands, turning about the steer axis between torso and handlebar.
 
     The mass is taken out of the rear frame, which must contain the arms; stretched ones feel heavier. Shoulders and
-    elbows hold it to the torso with ``stiffness`` and ``damping``, the grips to the bar with ``grip_stiffness`` and
-    ``grip_damping``, all about the steer axis. The torso is part of the rear frame, beside rider_lean as well; bending
+    elbows hold it to the torso with ``stiffness`` and ``damping``, the grips to the handlebar with ``grip_stiffness``
+    and ``grip_damping``, all about the steer axis. The torso is part of the rear frame, also with rider_lean; bending
     of frame and fork does not move the arms but through the grips.
     """
 
@@ -34,7 +34,7 @@ class RiderHands(Effect):
     signature = "a mode of arms against handlebar; the grip decides how much of their mass and damping acts on wobble"
 
     def check(self, bicycle: Mapping[str, float]) -> None:
-        """Refuse arms that the rear frame does not hold beside the body that rider_lean takes out of it."""
+        """Refuse arms that the rear frame cannot contain in addition to the body of rider_lean."""
         swaying = bicycle.get("rider_lean.mass", 0.0)
         remainder = bicycle["mB"] - swaying - self.mass
         if remainder <= 0:

@@ -1,4 +1,4 @@
-"""A rider who holds his lane: torque from heading and lateral position."""
+"""A rider who keeps to a lane: torque from heading and lateral position."""
 
 from bicycle.effects.effect import ANY, Effect, Parameter
 from bicycle.equations.lateral import ModelBuilder

@@ -1,4 +1,4 @@
-"""A rider who remembers his steering: torque from the integral of the steer angle."""
+"""A rider with a memory of steering: torque from the integral of the steer angle."""
 
 from bicycle.effects.effect import ANY, Effect, Parameter
 from bicycle.equations.lateral import ModelBuilder

@@ -7,8 +7,8 @@ from bicycle.equations.lateral import ModelBuilder
 class SteerAssist(Effect):
     """Steer torque gain (fade_speed - v) d(lean)/dt below the fade speed, lean_gain (v - fade_speed) lean above it.
 
-    The torque acts between rear frame and steering and steers into the fall for positive gains. It is what the
-    motor is told: all of it arrives at once, unless ``steer_motor`` says what does. Beyond the greatest torque of a
+    The torque acts between rear frame and steering and steers into the fall for positive gains. It is the
+    command to the motor, which acts at once unless ``steer_motor`` gives its lag. Beyond the greatest torque of a
     real motor the equations, which are linear, do not hold.
     """
 

@@ -8,7 +8,7 @@ class TwistingTorque(Effect):
     """Moment Mz = +k gamma about the vertical that turns a leaning wheel into the lean.
 
     The inner side of the contact patch rolls on a smaller radius than the outer side. Under no_slip it acts as well.
-    Beside a pneumatic_trail, whose moment -t F holds the camber force too, it is what the moment of camber has more.
+    With a pneumatic_trail, whose moment -t F includes the camber force, it is the remaining moment due to camber.
     Source: Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11.
     """
 

@@ -18,7 +18,7 @@ class UnmodelledTorque(Effect):
 
     Torque = sum of (k + k_slope x + k_curve x^2) state with x = (v - middle_speed) / speed_span, so that all three have
     the unit of k, which holds at the middle speed. Positive torques act like the inputs steer_torque and lean_torque:
-    a steering damper is a negative steer_from_steer_rate. It has no cause: the diagnosis fits it to what it cannot
+    a steering damper is a negative steer_from_steer_rate. It is empirical: the diagnosis fits it to what it cannot
     name. Outside the speeds of its measurement, middle_speed - speed_span to middle_speed + speed_span, it is a guess.
     Usual sizes scale sliders and the prior of that fit: of the steer torque 20 N m/rad of lean, 10 of steer, 4 and
     2 N m s/rad of their rates; of the lean torque 100, 40, 20 and 10; slopes and curvatures have the size of their k.

@@ -145,7 +145,7 @@ class Wheel:
 
 @dataclass(eq=False)
 class Motor:
-    """A motor, or a rider's arms, between rear frame and steering: what it is told to give, and what arrives (N m)."""
+    """A motor, or a rider's arms, between rear frame and steering: its command and the torque that acts (N m)."""
 
     # N m, to the right: symbol of what it is to give
     command: Expression = field(default_factory=lambda: sp.Symbol("steer motor command"))

@@ -47,7 +47,7 @@ def compile_expressions(arguments: Sequence[Expression], results: Sequence[Expre
 
 
 class StraightLine:
-    """A function as operations such as ``a3*x2``: sums, products and whole powers; all else is left to sympy."""
+    """A function as operations such as ``a3*x2``: sums, products and integer powers; sympy evaluates any other."""
 
     def __init__(self, arguments: Sequence[Expression], results: Sequence[Expression]) -> None:
         self.arguments = [f"a{k}" for k in range(len(arguments))]
@@ -110,7 +110,7 @@ class StraightLine:
         return self._names[expression]
 
     def body(self, returned: Sequence[str]) -> Iterator[str]:
-        """Lines of the function; what is used once stands where it is used, so that no memory is kept for it."""
+        """Lines of the function; what is used once is written where it is used, so that no memory is kept for it."""
         uses = Counter(returned)
         for (_, *operands), name in reversed(self._operations.items()):
             uses.update(operands if uses[name] else ())

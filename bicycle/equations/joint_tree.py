@@ -1,4 +1,4 @@
-"""Joints in the order from the ground outward, which follows from the names that they hang on."""
+"""Joints in the order from the ground outward, which follows from the names of their parents."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -12,10 +12,10 @@ STEER = "steer"
 
 
 class JointTree:
-    """Joints that hang on one another by name: the order in which effects add them does not matter.
+    """Joints attached to one another by name: the order in which effects add them does not matter.
 
-    The steer axis hangs on the joint that carries the front frame with it, where there is one. A joint carries all that
-    hangs on it, and what is fixed to that.
+    The parent of the steer axis is the joint that carries the front frame with it, where there is one. A joint carries
+    all its descendants, and what is fixed to them.
     """
 
     def __init__(self, joints: Iterable[Joint], bodies: Iterable[Body]) -> None:
@@ -29,7 +29,7 @@ class JointTree:
         self.joints[STEER] = replace(self.joints[STEER], hangs_on=max(carriers, key=self.depth))
 
     def ancestors(self, name: str) -> list[str]:
-        """Names of the joint that a joint hangs on, of the one that this hangs on, and so on to the ground."""
+        """Names of the parent of a joint, of the parent of that one, and so on to the ground."""
         names: list[str] = []
         while parent := self.joints[name].hangs_on:
             if parent in names:
@@ -45,11 +45,11 @@ class JointTree:
         return len(self.ancestors(name))
 
     def hangs(self, name: str, ancestor: str) -> bool:
-        """Whether a joint is another one or hangs on it, at whatever distance."""
+        """Whether a joint is another one or one of its descendants."""
         return ancestor in (name, *self.ancestors(name))
 
     def outward(self) -> list[Joint]:
-        """Joints of the frame, the steer axis, those behind it: each after what it hangs on, with all it carries."""
+        """Joints of the frame, the steer axis, those behind it: each after its parent, with all it carries."""
         carried = self._bodies_by_joint()
         for first, second in combinations(self.joints, 2):
             shared = carried[first] & carried[second]

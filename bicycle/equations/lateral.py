@@ -371,7 +371,7 @@ class ModelBuilder:
         role: str = "",
         hangs_on: str = "lean",
     ) -> Coordinate:
-        """Add a hinge that hangs on the frame (``lean``) or on another joint by its name: on ``steer`` its axis steers.
+        """Add a hinge whose parent is the frame (``lean``) or another joint by its name: on ``steer`` its axis steers.
 
         One that carries the front frame carries the steer axis.
         """
@@ -424,7 +424,7 @@ class ModelBuilder:
 
     @property
     def specific_force(self) -> Expression:
-        """Force along the road per mass (m/s^2) that the contacts give beside the drive against drag."""
+        """Force along the road per mass (m/s^2) that the contacts give in addition to the drive against drag."""
         return self.traction / sum(body.mass for body in self.bodies)
 
     @property
@@ -464,7 +464,7 @@ class ModelBuilder:
         return self._ask(Point("speed", body, x, z))
 
     def _ask(self, point: "Point") -> Expression:
-        """A symbol whose meaning is told once every joint is there, whichever effect brings it."""
+        """A symbol whose meaning is resolved once every joint is there, whichever effect brings it."""
         symbol = sp.Symbol(f"lateral {point.what} {len(self.points)}")
         self.points[symbol] = point
         return symbol

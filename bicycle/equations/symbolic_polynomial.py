@@ -146,7 +146,7 @@ def _product(left: dict[int, Expression], right: dict[int, Expression]) -> dict[
 
 
 def _nonzero(coefficients: dict[int, Expression]) -> dict[int, Expression]:
-    """Without what vanishes; beside v^0 and v^1, which every model has, also what does so when multiplied out."""
+    """Without terms that vanish; above v^1, also without those that vanish when multiplied out."""
     return {k: c for k, c in coefficients.items() if c != 0 and (k in (0, 1) or sp.expand(c) != 0)}
 
 

@@ -59,7 +59,7 @@ def read_flat_text(path: Path | Traversable) -> GivenNumbers:
 
 
 def read_mapping(path: Path | Traversable) -> GivenNumbers:
-    """Read TOML, JSON or YAML: parameters below ``values``, with ``sd`` and ``units`` beside, or at the top."""
+    """Read TOML, JSON or YAML: parameters below ``values``, with tables ``sd`` and ``units``, or at the top."""
     ending = path.name.lower().rpartition(".")[2]
     if ending in ("yml", "yaml"):
         top = _yaml(path)
@@ -264,8 +264,8 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
     """A packaged bicycle by name, one of a file, or one of a table of bicycles (``bicycles.csv#NAME``).
 
     A TOML file has ``description``, ``source``, a table ``[values]`` with Meijaard's keys (SI, lam in rad) and
-    optionally ``[sd]`` and ``[units]``. A YAML or text file is flat, one ``key: value`` a line. Values may be text such
-    as ``0.375 +/- 0.026``, ``0.375(26)`` or ``18.3 deg`` (:mod:`tyre.ground.number_with_sd`).
+    optionally ``[sd]`` and ``[units]``. A YAML or text file is flat, one ``key: value`` per line. Values may be text
+    such as ``0.375 +/- 0.026``, ``0.375(26)`` or ``18.3 deg`` (:mod:`tyre.ground.number_with_sd`).
     Values far outside what bicycles have are refused unless ``allow_unusual``, here or in the file, is true.
 
     Parameters

@@ -118,7 +118,7 @@ class GivenNumbers:
             self.sd[key] = number.sd
 
     def add_sd(self, key: str, value: Any, *, where: str, unit: str = "") -> None:
-        """Add a standard deviation that stands by itself."""
+        """Add a standard deviation that is uncorrelated."""
         key, unit = ("lam", unit or "deg") if key == HEAD_ANGLE else (NAMES.get(key, key), unit)
         if key in self.sd:
             raise InputError(f"{where}: the standard deviation of {key} is given twice; keep one")
@@ -227,7 +227,7 @@ class GivenNumbers:
     def _find_trail(self) -> None:
         """Put the trail c = (rF sin lam - offset) / cos lam in the place of the fork's offset.
 
-        Where the offset has an sd, c hangs together with the offset's neighbours lam and rF: their joint covariance.
+        Where the offset has an sd, c is correlated with lam and rF: their joint covariance.
         """
         if FORK_OFFSET not in self.values:
             return
@@ -333,7 +333,7 @@ def read_body(content: Mapping[str, Any]) -> RigidBody:
 
 
 def carried_body(content: Mapping[str, Any], *, z_up: bool = False) -> RigidBody:
-    """The rigid body of an entry of :data:`BODIES`: of its own inertia, else a box of its size; without one a point."""
+    """The rigid body of an entry of :data:`BODIES`: of its own inertia, else a box of its size, else a point."""
     (x, height), (length, width, tall) = content["place"], content["size"]
     mass, name = content["mass"], content["name"] or f"of {content['mass']:g} kg"
     if "inertia" not in content:

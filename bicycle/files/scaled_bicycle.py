@@ -211,7 +211,7 @@ def with_rider(frame: Mapping[str, float], rider: RigidBody | None) -> dict[str,
 
 
 def feature(key: str, value: float, geometry: Geometry, mass: float = 0.0) -> float:
-    """The feature of a measured mass (kg), or of a wheel's spin inertia (kg m^2) beside its ``mass`` (kg)."""
+    """The feature of a measured mass (kg), or of a wheel's spin inertia (kg m^2) at its ``mass`` (kg)."""
     if key[0] == "m":
         return math.log(value) - SCALING.power * math.log(geometry.mass)
     return math.log(value / mass / getattr(geometry, f"r{key[1]}") ** 2)

@@ -1,4 +1,4 @@
-"""Sizes as they stand on a bicycle tyre: 28-622, 622x28, 700x28C, 28 x 1.10, 26 x 1 3/8 (37-590)."""
+"""Sizes as printed on a bicycle tyre: 28-622, 622x28, 700x28C, 28 x 1.10, 26 x 1 3/8 (37-590)."""
 
 import re
 import unicodedata

@@ -1,4 +1,4 @@
-"""Cut the window of a free decay out of a run, and tell how probable its samples are, given its modes and its drift.
+"""Cut the window of a free decay out of a run, and compute how probable its samples are, given its modes and its drift.
 
 Each channel is y = sum over modes e^(sigma t) (a cos(omega t) + b sin(omega t)) + drift + noise. The noise is a first-
 order autoregression of unknown sd s and coefficient in each channel. Amplitudes, drift and s are integrated out in

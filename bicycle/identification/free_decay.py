@@ -5,7 +5,7 @@ drift are weighed by their evidence (:mod:`.decay_posterior`), and repeats say w
 
 The window is fitted again in parts. A later window is a part of the earlier one, so the difference of the two estimates
 has the difference of their variances (Hausman 1978, Econometrica 46, 1251-1271). The noise of each window is estimated
-anew, so a later window may state the smaller sd; its variance is taken to be larger at least by the share of the
+by itself, so a later window may state the smaller sd; its variance is taken to be larger at least by the share of the
 oscillation's energy that it lacks.
 """
 
@@ -45,7 +45,7 @@ class Shift:
 
 @dataclass(frozen=True)
 class Movement(Shift):
-    """Movement of a mode when its window begins later: a kick that still lasts, or a fast mode."""
+    """Movement of a mode when its window begins later: a disturbance that still acts, or a fast mode."""
 
     settled_s: float | None  # first start from which nothing moves, s after the first sample of the run
 
@@ -81,7 +81,7 @@ def movement(run: Run, whole: Estimate, number: int, last_s: float, *, beside: b
 
 
 def find_break(run: Run, fit: Estimate, number: int) -> Break | None:
-    """Find a second kick, a step of a sensor or a spike: a sample that the noise makes in one of 10,000 windows."""
+    """Find a second impulse, a step of a sensor or a spike: a sample that the noise makes in one of 10,000 windows."""
     w = fit.window
     large = np.abs(unforeseen(fit))
     large[w.time < REACH * 2 * math.pi / float(fit.mean[number, 1])] = 0.0  # there the start of the window is scanned
@@ -216,7 +216,7 @@ class Decay:
 
     @property
     def rejected(self) -> str:
-        """Why the run tells too little, or nothing; empty if it is used."""
+        """Why the run is not used; empty if it is."""
         name, numbers = self._reason()
         return REASONS[name].format(**numbers) if name else ""
 

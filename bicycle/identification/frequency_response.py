@@ -3,13 +3,13 @@
 Averaged spectra: every recording is cut into segments that overlap by half, without trend and under a Hann window
 (Welch 1967, IEEE Trans. Audio Electroacoustics 15, 70-73). With their transforms U of the input, Y of the output and R
 of a reference, H = sum(conj(R) Y) / sum(conj(R) U). Without a reference R = U: the estimate H1 (Bendat & Piersol,
-Random Data, ch. 6), which a rider or controller that answers the motion biases. A reference that nobody answers is free
+Random Data, ch. 6), which a rider or controller that answers the motion biases. A reference outside the loop is free
 of that (van den Hof & Schrama 1995, Automatica 31, 1751-1770).
 
 Lines: a multisine or anything periodic says nothing between its lines, and leaks into the frequencies between them
 alike in every segment (Pintelon & Schoukens 2012, System Identification, ch. 2 and 3). So the response is taken at the
 lines only, H = Y / U of lines fitted to the whole record under a Hann window (Stoica & Moses 2005, Spectral Analysis of
-Signals, ch. 4). The power of y - H u beside a line is that of the noise in it.
+Signals, ch. 4). The power of y - H u next to a line is that of the noise in it.
 """
 
 from collections.abc import Iterator, Sequence

@@ -56,7 +56,7 @@ class Run:
 
 
 def refuse_copies(runs: Sequence[Run]) -> None:
-    """Refuse a recording that stands twice among ``runs``: it would count as two."""
+    """Refuse a recording that occurs twice among ``runs``: it would have the weight of two."""
     run_by_samples: dict[tuple[tuple[str, bytes], ...], Run] = {}
     for run in runs:
         samples = tuple((name, run.channels[name].tobytes()) for name in sorted(run.channels))

@@ -51,7 +51,7 @@ on top.
 
 @dataclass(frozen=True)
 class Deviation:
-    """One standard deviation (SI), its origin (one of ``ORIGINS``) and the reason where there is one to tell."""
+    """One standard deviation (SI), its origin (one of ``ORIGINS``) and the reason where there is one."""
 
     sd: float  # one standard deviation, in the unit of the parameter (SI)
     origin: str  # one of :data:`ORIGINS`
@@ -130,7 +130,7 @@ def _default(model: Model, values: Mapping[str, float], key: str, *, typical: bo
 
 
 def _of_typical_range(declared: Parameter | None, value: float) -> tuple[float, str]:
-    """One sd (SI) of a ``value`` that nobody measured, and the reason; a written value is no better than a default."""
+    """One sd (SI) of a ``value`` that was not measured, and the reason; a written value is no better than a default."""
     sd = None if declared is None else declared.assumed_sd(value)
     if sd is None or declared is None:
         return EFFECT * abs(value), f"{EFFECT:.0%} of the value"

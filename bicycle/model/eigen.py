@@ -1,7 +1,7 @@
 """Eigenvalues and eigenvectors of stacks of small matrices, and eigenvalues as oscillations.
 
-The kernel in C (_kernel.c) solves many matrices side by side; what it leaves, and everything where it was not built or
-the environment has VELOTYRE_KERNEL=off, LAPACK solves.
+The kernel in C (_kernel.c) solves many matrices side by side. LAPACK solves those on which it fails, and all where
+it was not built or the environment has VELOTYRE_KERNEL=off.
 
 >>> import numpy as np
 >>> eigenvalues(np.array([[[0.0, 1.0], [-4.0, 0.0]]]))

@@ -38,7 +38,7 @@ def read_matrices(path: str | Path) -> LinearModel:
     Raises
     ------
     InputError
-        No such file, a matrix that is missing or is not one, or matrices that are no bicycle.
+        No such file, a matrix that is missing or is not one, or matrices that are not of a bicycle.
     """
     content = matrix_content(Path(path))
     values = {ALIASES.get(key, key): value for key, value in content.items()}

@@ -238,6 +238,6 @@ def check_compatible(effects: tuple[Effect, ...]) -> None:
 
 
 def state_scale(states: Iterable[State], weight: float) -> Any:
-    """Scale of each state: forces and moments in units of the nearest power of two to the weight, all else in SI."""
+    """Scale of each state: forces and moments in units of the nearest power of two to the weight, the others in SI."""
     force_unit = 2.0 ** round(math.log2(weight))
     return np.array([force_unit if state.forcelike else 1.0 for state in states])

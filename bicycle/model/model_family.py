@@ -39,8 +39,8 @@ class ModelFamily:
         What does: keys of the bicycle, ``effect.name`` for both wheels, or ``effect.name.wheel``. Functions here take
         numbers for any of them; empty: for every parameter.
     further : tuple of effect classes
-        Effects beside those of the model, without numbers: these must come with every call. One in a slot (the contact
-        law) takes the place of the model's.
+        Effects added to those of the model, without numbers: these must come with every call. One in a slot (the
+        contact law) takes the place of the model's.
 
     Raises
     ------
@@ -146,7 +146,7 @@ class ModelFamily:
         return linear_model(self.evaluate, values, self.model)
 
     def polynomials(self, numbers: Mapping[str, Any], count: int) -> tuple[SpeedPolynomial, NDArray[np.bool_]]:
-        """Scaled state matrices of ``count`` bicycles as a polynomial in v, and which of them are no bicycle.
+        """Scaled state matrices of ``count`` bicycles as a polynomial in v, and which of them are impossible.
 
         The ``numbers``, shape () or (count,), are as in :meth:`values`; the equations must not switch at a speed.
         """

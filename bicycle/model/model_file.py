@@ -80,7 +80,7 @@ def read_model(path: str | Path) -> Model:
     Raises
     ------
     InputError
-        No such file, not TOML, an unknown key, or values that make no bicycle, effect or combination.
+        No such file, not TOML, an unknown key, or an impossible bicycle, effect or combination.
     """
     content = model_content(path)
     try:

@@ -45,7 +45,7 @@ class LinearModel:
     static_loads : (float, float)
         Vertical load of the rear and front wheel at rest, N.
     warnings : tuple of str
-        What a reader of a result must be told.
+        What a reader of a result must know.
     declared : Declarations
         Unit and role of every state, the modes that the effects bring, units of inputs and outputs.
     """
@@ -155,7 +155,7 @@ class LinearModel:
         """Eigenvalues (1/s), sorted by real then imaginary part.
 
         Where real parts differ by rounding only, as at rest without dampers, the processor decides the order:
-        :func:`bicycle.stability.named_modes.modes` tells which root is which.
+        :func:`bicycle.stability.named_modes.modes` names the roots.
 
         Parameters
         ----------

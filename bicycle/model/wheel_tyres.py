@@ -52,7 +52,7 @@ def tyre_notes(properties: Mapping[str, TyreProperties]) -> list[str]:
 def located(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """The ``table`` of a contact law with the files of tyres, relative to ``folder``, made absolute.
 
-    ``camber_moment`` goes into the names of the files; a pressure that is not given is the one that the tyres hold.
+    ``camber_moment`` becomes part of the file names; a pressure that is not given is the one that the tyres hold.
     """
     if "tyre" not in table:
         return dict(table)
@@ -144,7 +144,7 @@ def joint_wheel_tyres(
 
 
 def wheel_curves(effects: Mapping[str, Any]) -> dict[str, tuple[FormulaTyre, float]]:
-    """Tyres of the contact law that hold whole curves, and their pressures (Pa), by wheel; {} unless both do."""
+    """Tyres of the contact law that hold full curves, and their pressures (Pa), by wheel; {} unless both do."""
     table = next((table for table in effects.values() if isinstance(table, Mapping) and "tyre" in table), None)
     if table is None:
         return {}
@@ -210,7 +210,7 @@ def mounted_tyres(tables: Mapping[str, Mapping[str, Any]], folder: Path, bicycle
 
     A tyre is the name of a packaged one, or a file: a table such as ``velotyre tyre fit`` writes, a .tir file or
     Pacejka-89 coefficients. Conditions farther outside its loads or pressures than their range is wide are refused
-    unless ``extrapolate = true`` stands in the table.
+    unless the table has ``extrapolate = true``.
     """
     mounted: MountedTyres | None = None
     for identifier, table in tables.items():

@@ -164,7 +164,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class Branch:
-    """Periodic motions that hang together, in the order in which they were followed."""
+    """Connected periodic motions, in the order in which they were followed."""
 
     mode: str  # name of the mode whose motion begins there
     begin: CriticalSpeed  # where it begins; with dry friction, where it would begin without

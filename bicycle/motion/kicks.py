@@ -1,4 +1,4 @@
-"""Find the least kick that starts a large motion where the mode at rest is stable."""
+"""Find the smallest impulse that starts a large motion where the mode at rest is stable."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -22,7 +22,7 @@ NOTHING, LASTING, FALL = "nothing", "stable limit cycle", "fall"
 
 
 class Kick(NamedTuple):
-    """The least kick that starts a motion at one speed."""
+    """The smallest impulse that starts a motion at one speed."""
 
     speed: float  # m/s
     mode: str  # name of the mode whose motion it starts
@@ -34,10 +34,11 @@ class Kick(NamedTuple):
 
 
 def kick_thresholds(limit_cycles: LimitCycles, speeds: ArrayLike, kind: str = "steer_torque") -> list[Kick]:
-    """Find the least kick at each speed at which an unstable motion lies beside a stable mode, or one held by friction.
+    """Find the smallest impulse at each speed where an unstable motion coexists with a stable mode or dry friction.
 
-    The normal form tells it at once: the amplitude that the kick gives the mode is that of the unstable cycle. Motions
-    over 12 s after kicks from a tenth to ten times of it confirm or correct it. A rider holds the slow lean meanwhile.
+    The normal form gives a first value: the impulse excites the mode to the amplitude of the unstable cycle.
+    Motions over 12 s after impulses from a tenth to ten times of it confirm or correct it. A rider holds the slow
+    lean meanwhile.
     Kinds: ``steer_torque`` (impulse, N m s), ``lateral_push`` (N s) or ``steer`` (initial angle, rad).
     """
     refuse_unknown("kick", [kind], KICKS)
@@ -84,7 +85,7 @@ def kick_thresholds(limit_cycles: LimitCycles, speeds: ArrayLike, kind: str = "s
 def _outcomes(
     limit_cycles: LimitCycles, speeds: Sequence[float], cycles: Sequence[Cycle], start: Array, sizes: Array
 ) -> tuple[NDArray[Any], NDArray[np.bool_]]:
-    """Outcome (speeds, sizes) of kicks, and if it stays within linear geometry, by the classical Runge-Kutta method."""
+    """Outcome (speeds, sizes) of impulses, and if it stays in linear geometry, by the classical Runge-Kutta method."""
     system, states = limit_cycles.system, list(limit_cycles.system.at_one_speed.states)
     a = system.dynamics(np.array(speeds))
     for matrix, speed in zip(a, speeds, strict=True):  # a rider holds the lean that grows without any kick (capsize)

@@ -52,7 +52,7 @@ SLIDES = 3.0  # times the rate at which smoothed friction sets in: below, a moti
 
 @dataclass(frozen=True)
 class Onset:
-    """Behaviour beside a critical speed: a motion that supercritical, one that jumps, or not determined."""
+    """Behaviour near a critical speed: supercritical, subcritical or not determined."""
 
     critical: CriticalSpeed  # oscillatory, where the motion begins
     bend: float  # a' = growth a + bend a^3 of the steer amplitude a, 1/(s rad^2): the first Lyapunov coefficient
@@ -60,7 +60,7 @@ class Onset:
 
     @property
     def kind(self) -> str:
-        """``supercritical``, ``subcritical``, or ``not determined``: slow, or its sign hangs on the curves' E."""
+        """``supercritical``, ``subcritical``, or ``not determined``: slow, or its sign depends on the curves' E."""
         if self.critical.frequency_hz < SLOWEST or self.band[0] <= 0 <= self.band[1]:
             return "not determined"
         return "supercritical" if self.bend < 0 else "subcritical"
@@ -75,7 +75,7 @@ class LimitCycles:
     model : Model
     system : SlipSystem
     onsets : tuple of Onset
-        The oscillatory critical speeds and how the motion begins there; none with dry friction, which holds the bar.
+        The oscillatory critical speeds and the bifurcation there; none with dry friction, which locks the steering.
     branches : tuple of Branch
     rear, front : MagicTyre, CurveTyre or None
         Curves of the tyres as they were given.
@@ -129,7 +129,7 @@ class LimitCycles:
         return tuple(name for name, limit in LIMITS.items() if self.amplitude(cycle, name) > limit)
 
     def within_geometry(self, cycle: Cycle) -> bool:
-        """True up to 20 degrees at the bar and 10 degrees of lean: linear geometry is taken to hold there."""
+        """True up to 20 degrees of steer and 10 degrees of lean: linear geometry is taken to hold there."""
         return not self.beyond(cycle)
 
     def resolved(self, cycle: Cycle) -> bool:
@@ -209,9 +209,9 @@ def find_limit_cycles(
     max_speed: float = 60.0,
     dry_friction: float = 0.0,
 ) -> LimitCycles:
-    """Follow the periodic motions of a model from each critical speed (up to ``max_speed``, m/s) of a mode that swings.
+    """Follow the periodic motions of a model from each critical speed (to ``max_speed``, m/s) of an oscillatory mode.
 
-    Dry friction (N m) of the steering holds the bar at rest: no critical speed is left, and branches close. They are
+    Dry friction (N m) holds the steering at rest: no critical speed is left, and branches close. They are
     found by homotopy from those without friction.
 
     Raises
@@ -276,7 +276,7 @@ def leaver(system: SlipSystem, max_speed: float = np.inf) -> Callable[[Point], s
 
 
 def with_curvature(tyre: Tyre | None, by: float) -> Tyre:
-    """Tyre with its curvature factor E changed ``by`` a number, to at most 1; whole curves stay as they are."""
+    """Tyre with its curvature factor E changed ``by`` a number, to at most 1; full curves stay as they are."""
     if isinstance(tyre, CurveTyre):
         return tyre
     formula = tyre or MagicTyre()
@@ -284,7 +284,7 @@ def with_curvature(tyre: Tyre | None, by: float) -> Tyre:
 
 
 def critical_mode(system: SlipSystem, critical: CriticalSpeed) -> tuple[Complex, Complex]:
-    """Right and left eigenvector (n,) of the root on the axis, with left . right = 1 and 1 rad at the bar."""
+    """Right and left eigenvector (n,) of the root on the axis, with left . right = 1 and 1 rad of steer."""
     values, vectors = np.linalg.eig(system.linear(critical.speed))
     place = int(np.abs(values - 1j * critical.angular_frequency).argmin())
     scale = system.row("steer") @ vectors

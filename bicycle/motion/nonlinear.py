@@ -115,7 +115,7 @@ def falling_trail(sliding: Array) -> Array:
 
 @dataclass(frozen=True)
 class CurveTyre:
-    """The whole curves of a tyre file at one pressure, without ply steer: the mean of the tyre and its mirror image."""
+    """The full curves of a tyre file at one pressure, without ply steer: the mean of the tyre and its mirror image."""
 
     source: FormulaTyre  # lateral force and aligning moment over slip, camber, load and pressure
     pressure: float  # Pa
@@ -321,7 +321,7 @@ class MagicFormulaModel:
 def magic_formula_model(
     model: Model, *, speed: float, rear: MagicTyre | CurveTyre | None = None, front: MagicTyre | CurveTyre | None = None
 ) -> MagicFormulaModel:
-    """Put tyres with whole curves under a model whose contact law is linear in the slip, with or without one lag.
+    """Put tyres with full curves under a model whose contact law is linear in the slip, with or without one lag.
 
     The slip lags, and lateral force and moment follow their curves at the lagged slip. The moment of a pneumatic trail
     falls with the slip: as the file of a `CurveTyre` says, else like that of a brush tyre.

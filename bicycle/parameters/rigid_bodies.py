@@ -36,7 +36,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Joint:
-    """A hinge with axis (axis_x, 0, axis_z) through (x, 0, z) that carries the named bodies and hangs on a joint."""
+    """A hinge with axis (axis_x, 0, axis_z) through (x, 0, z) that carries the named bodies; its parent is a joint."""
 
     name: str  # of its angle, rad
     axis_x: Scalar  # forward component of its unit vector

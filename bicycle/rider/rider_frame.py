@@ -48,7 +48,7 @@ class RiderOnBicycle:
 
     @cached_property
     def causes(self) -> Mapping[str, Array]:
-        """Change (7,) of :data:`FRAME_KEYS` by 1 sd of each independent cause, saddle and bar held."""
+        """Change (7,) of :data:`FRAME_KEYS` by 1 sd of each independent cause, saddle and handlebar held."""
         return _causes(self.frame, self.rider, self.geometry, self.angles)
 
     @property
@@ -70,7 +70,7 @@ class RiderOnBicycle:
 
     @property
     def hands(self) -> dict[str, float]:
-        """Parameters of the effect ``rider_hands`` that follow from body, posture and bar (SI)."""
+        """Parameters of the effect ``rider_hands`` that follow from body, posture and handlebar (SI)."""
         parts = {part.name: part for part in self.segments}
         upper, fore = parts["Right upper arm"], parts["Right forearm-hand"]
         (x, z), width, frame = self.contacts.hands, self.contacts.half_width, self.frame

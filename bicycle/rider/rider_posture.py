@@ -123,7 +123,7 @@ def with_hands(geometry: SeatGeometry, hands: Array, *, sd: float) -> SeatGeomet
 
 
 class Posture(NamedTuple):
-    """A way to sit: lean of the torso from the vertical, and where a bar would be that suits it (rad, m)."""
+    """A way to sit: lean of the torso from the vertical, and the place of a suitable handlebar (rad, m)."""
 
     torso_lean: float  # rad from the vertical, positive forward: line from hip to shoulder
     arm_to_torso: float  # rad, line from shoulder to hand against the torso; 0: arms hang along it
@@ -223,7 +223,7 @@ def shoulder(hip: Array, body: Lengths, *, torso_lean: float, back_rounding: flo
 
 
 def fitting_hands(body: Lengths, posture: Posture, *, torso_lean: float) -> Array:
-    """Hands (x, z), m from the hip, where the arm of a ``posture`` ends, for a bar that was not measured."""
+    """Hands (x, z), m from the hip, where the arm of a ``posture`` ends, for a handlebar that was not measured."""
     top, _ = shoulder(np.zeros(2), body, torso_lean=torso_lean, back_rounding=0.0)
     u, f = body.upper_arm, body.forearm
     reach = math.sqrt(u * u + f * f + 2 * u * f * math.cos(posture.elbow_flexion))
@@ -389,7 +389,7 @@ def read_geometry(path: Path | Traversable, posture: str) -> SeatGeometry:
 
 
 def _raw(path: Path | Traversable) -> SeatGeometry:
-    """Seat and bar of a file of ``key = value+/-sd`` lines; its many other keys are other measurements."""
+    """Seat and handlebar of a file of ``key = value+/-sd`` lines; its many other keys are other measurements."""
     if not path.is_file():
         raise InputError(f"{path}: no such geometry file")
     keys = (*RAW.values(), "lsp")

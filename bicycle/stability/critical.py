@@ -130,7 +130,7 @@ def critical_speeds(model: Model | LinearModel, max_speed: float = 60.0) -> tupl
     Returns
     -------
     tuple of CriticalSpeed
-        :func:`by_identity` tells which is which in another model.
+        :func:`by_identity` matches them with those of another model.
 
     Raises
     ------
@@ -158,7 +158,7 @@ def critical_speeds_of_many(
 ) -> tuple[list[tuple[CriticalSpeed, ...]], dict[int, str]]:
     """Critical speeds of each of ``count`` bicycles as :func:`critical_speeds` finds them, all at once.
 
-    ``numbers``, shape () or (count,), are as in :meth:`ModelFamily.values`. The second part of the result tells why
+    ``numbers``, shape () or (count,), are as in :meth:`ModelFamily.values`. The second part of the result states why
     those of a bicycle (its number) cannot be computed; its tuple in the first is empty.
     """
     _check_max_speed(max_speed)

@@ -26,7 +26,7 @@ Whole = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Limits:
-    """Numbers that tell a crossing from a touch and from rounding; shares have no unit."""
+    """Numbers that distinguish a crossing from a touch and from rounding; shares have no unit."""
 
     nearly_real: float = 1e-3  # relative imaginary part of candidates that are tried: near-double ones are noisy
     rest: float = 1e-7  # of sqrt(g w): closer to rest is rest, where undamped pairs lie on the axis

@@ -76,7 +76,7 @@ def mode_marker(name: str) -> dict[str, Any]:
 
 
 def mode_words(name: str) -> str:
-    """A mode's name as a figure writes it; a joint name says that its parts are not told apart."""
+    """A mode's name as a figure writes it; a joint name: its parts cannot be distinguished."""
     return " or ".join(part.replace("_", " ") for part in name.split("+"))
 
 

@@ -398,9 +398,9 @@ def _number_nameless(rules: Rules, size: Array, upper: Mask, first: Whole) -> No
 
 
 def _name_by_birth(named: Named, open_: Whole, place: Whole, speeds: Array, nodes: Array, at_nodes: Named) -> Whole:
-    """Tell which two of four real core roots become the weave: those that are a pair at the next of fixed speeds.
+    """Decide which two of four real core roots become the weave: those that are a pair at the next of fixed speeds.
 
-    ``open_`` are the points to tell, ``place`` their bicycles among those of the ``nodes`` (bicycles, k), m/s, at which
+    ``open_`` are the open points, ``place`` their bicycles among those of the ``nodes`` (bicycles, k), m/s, at which
     the roots are named, ``at_nodes``. Points that are still open are returned.
     """
     weave = (at_nodes.values.imag > 0) & (at_nodes.first == WEAVE)

@@ -148,7 +148,7 @@ def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[rec
 
 
 def _is_native(roles: Roles) -> bool:
-    """Tell if ``modal`` reads the file as it is, without a map."""
+    """True if ``modal`` reads the file as it is, without a map."""
     names = {column.name for column in roles.opened.signals.columns}
     own_names = "time_s" in names and names <= {"time_s", *recording.CHANNELS, *recording.INPUTS}
     return own_names and roles.map is None and roles.opened.path.suffix.casefold() == ".csv"

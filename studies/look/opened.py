@@ -128,7 +128,7 @@ def _against_header(signals: Signals, time: Array) -> list[str]:
 
 
 def _alike(rate: float, other_rate: float) -> bool:
-    """Tell if two rates (Hz) mean the same."""
+    """True if two rates (Hz) mean the same."""
     return abs(rate / other_rate - 1) < SAME_RATE
 
 
@@ -205,7 +205,7 @@ def _at_equal_steps(signals: Signals) -> Guess | None:
 
 
 def _is_uneven(time: Array) -> bool:
-    """Tell if steps differ or single samples are missing, without a gap that resampling leaves open."""
+    """True if steps differ or single samples are missing, without a gap that resampling leaves open."""
     sound = time[~damaged_times(time)]
     longest = float(np.diff(sound).max(initial=0.0)) * usual_rate(sound) if np.isfinite(sound).all() else 0.0
     return 1.05 < longest <= GAP
@@ -314,7 +314,7 @@ class Roles:
         return ["", "[resampling]", f"rate_hz = {min(rates):.6g}  # CHECK: the lowest rate of these channels"]
 
     def is_timed(self, columns: Mapping[str, str]) -> bool:
-        """Tell if the times of the channels ``columns`` (channel -> column) are known."""
+        """True if the times of the channels ``columns`` (channel -> column) are known."""
         clock = self.map.clock if self.map else self.opened.clock
         return clock is not None or all(self.opened.signals[column].time is not None for column in columns.values())
 

@@ -62,7 +62,7 @@ class Look:
         }
 
     def is_timed(self, name: str) -> bool:
-        """Tell if the times of the channel ``name`` are known."""
+        """True if the times of the channel ``name`` are known."""
         return self.opened.signals.signals[name].time is not None or self.opened.time is not None
 
 

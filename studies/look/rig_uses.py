@@ -59,7 +59,7 @@ class Use:
 
     @property
     def usable(self) -> bool:
-        """Tell if a command would use some of it."""
+        """True if a command would use some of it."""
         return bool(self.events)
 
 

@@ -82,7 +82,7 @@ def bounds_of(model: Model, name: str) -> tuple[float, float]:
 
 
 def axis_keys(model: Model) -> list[str]:
-    """Keys of a model that can be an axis, beside the speed and the condition of its tyres."""
+    """Keys of a model that can be an axis, besides the speed and the condition of its tyres."""
     keys = dict.fromkeys(str(ParameterKey.parse(entry).whole) for entry in model.parameters)
     return [key for key in keys if key not in UNUSED]
 

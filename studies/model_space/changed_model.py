@@ -38,7 +38,7 @@ MOVE_LOADS = frozenset(("w", "g", "mR", "mB", "mH", "mF", "xB", "xH"))
 
 
 def one_by_one(tyre: TyreSource, name: str, load: Array, pressure: Array) -> Array:
-    """Property of a tyre at each load (N) and pressure (Pa), that it cannot tell of all at once; NaN where none."""
+    """Property of a tyre at each load (N) and pressure (Pa), one by one where it takes no arrays; NaN where none."""
     conditions, at = np.unique(np.column_stack([load, pressure]), axis=0, return_inverse=True)
     return np.array([getattr(tyre.at(load=n, pressure=p, extrapolate=True), name) for n, p in conditions], float)[
         at.ravel()
@@ -286,7 +286,7 @@ class ModelSpace:
         return np.broadcast_to(self.tyres.inside(*self.conditions(points, self.values(points))), len(points))
 
     def refuse_impossible(self, x: ArrayLike) -> None:
-        """Refuse points that make no bicycle, naming the first."""
+        """Refuse impossible points, naming the first."""
         points = np.atleast_2d(np.asarray(x, float))
         for i, axis in enumerate(self.axes):
             for end in (points[:, i].min(), points[:, i].max()):

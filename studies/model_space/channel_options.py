@@ -1,4 +1,4 @@
-"""The options with which a command is told which column of a recording is which channel."""
+"""Options of a command that assign columns of a recording to channels."""
 
 from collections.abc import Callable
 from pathlib import Path

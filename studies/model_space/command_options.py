@@ -112,13 +112,13 @@ Decorator = Callable[[Any], Any]
 
 
 def speed_option(words: str = "Forward speed, m/s.", *, required: bool = True) -> Decorator:
-    """Option ``--speed`` of a command that takes one; ``--speeds`` is told of it."""
+    """Option ``--speed`` of a command that takes one; ``--speeds`` is answered with it."""
     refuse_speeds = _refuse_option("--speeds", "one speed is meant here: give --speed, for example --speed 5")
     return lambda command: refuse_speeds(click.option("--speed", type=SPEED, required=required, help=words)(command))
 
 
 def speeds_option(words: str, default: str | None = None) -> Decorator:
-    """Option ``--speeds`` of a command that takes several; ``--speed`` is told of it."""
+    """Option ``--speeds`` of a command that takes several; ``--speed`` is answered with it."""
     words = f"Speeds, m/s: start:stop:step, both ends included, or a list 2,5,8{words}"
     refuse_speed = _refuse_option("--speed", "give --speeds, one or more: --speeds 5, a list 2,5,8 or start:stop:step")
     option = click.option("--speeds", default=default, show_default=default is not None, help=words)

@@ -1,4 +1,4 @@
-"""Motions that last on tyres that saturate: how large wobble gets over speed, and what a steer damper does to it."""
+"""Stable limit cycles on tyres that saturate: wobble amplitude over speed, and the effect of a steering damper."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -23,7 +23,7 @@ GROWS = 1e-6  # 1/s: what leaves a motion more slowly does not leave it
 
 
 def curves_of(content: Mapping[str, Any]) -> dict[str, CurveTyre]:
-    """Whole curves, by wheel, that the tyre file of a model file's ``content`` holds; {} without any."""
+    """Full curves, by wheel, that the tyre file of a model file's ``content`` holds; {} without any."""
     return {wheel: CurveTyre(*curve) for wheel, curve in wheel_curves(content.get("effects") or {}).items()}
 
 
@@ -85,7 +85,7 @@ def lasts(cycles: LimitCycles, cycle: Cycle) -> bool:
 
 
 class Extent(NamedTuple):
-    """Speeds between which a mode has a motion that lasts, and the largest amplitude at the bar."""
+    """Speeds between which a mode has a stable limit cycle, and the largest steer amplitude."""
 
     low: float  # m/s
     high: float  # m/s
@@ -123,7 +123,7 @@ def extent(traces: Iterable[Trace], up_to: float = np.inf) -> Extent | None:
 
 
 def motion_at(limit_cycles: LimitCycles, speed: float, mode: str = WOBBLE) -> float:
-    """Amplitude at the bar (degrees) of the largest motion of a ``mode`` that lasts at a ``speed`` (m/s).
+    """Steer amplitude (degrees) of the largest stable limit cycle of a ``mode`` at a ``speed`` (m/s).
 
     0 if there is none; NaN if the mode is unstable and none was found, so that it is larger than linear geometry holds.
     """
@@ -137,7 +137,7 @@ def motion_at(limit_cycles: LimitCycles, speed: float, mode: str = WOBBLE) -> fl
 
 
 def largest_wobble(cycles: LimitCycles) -> float:
-    """Largest amplitude at the bar (degrees) of wobble over the speed, 0 and NaN as of :func:`motion_at`."""
+    """Largest steer amplitude (degrees) of wobble over the speed, 0 and NaN as of :func:`motion_at`."""
     reached = extent(traces_of(cycles, WOBBLE))
     if reached is None:
         return np.nan if any(_unstable(cycles, onset.critical.speed + 1e-9) for onset in cycles.onsets) else 0.0
@@ -152,7 +152,7 @@ def _unstable(cycles: LimitCycles, speed: float, mode: str = WOBBLE) -> bool:
 
 
 class Side(NamedTuple):
-    """Wobble and weave of a model with one damper at the bar."""
+    """Wobble and weave of a model with one steering damper."""
 
     damping: float  # N m s/rad beside what the model has
     wobble: tuple[CriticalSpeed, ...]  # its critical speeds
@@ -177,14 +177,14 @@ def side_of(cycles: LimitCycles, damping: float = 0.0) -> Side:
 
 
 def with_damper(model: Model, damping: float) -> Model:
-    """The ``model`` with ``damping`` (N m s/rad) at the bar beside what it has."""
+    """The ``model`` with steering ``damping`` (N m s/rad) added to its own."""
     kind = effect_class(DAMPER)
     present = next((getattr(effect, "damping", 0.0) for effect in model.effects if effect.identifier == DAMPER), 0.0)
     return model.with_effect(kind(damping=present + damping))
 
 
 def least_damper(model: Model, max_speed: float) -> float | None:
-    """Least damper at the bar (N m s/rad, to 0.01) with which wobble has no critical speed; None up to 5."""
+    """Smallest steering damping (N m s/rad, to 0.01) with which wobble has no critical speed; None up to 5."""
     most = next(parameter.typical[1] for parameter in effect_class(DAMPER).parameters if parameter.name == "damping")
     damped, key, low, width = with_damper(model, 0.0), f"{DAMPER}.damping", 0.0, most
     for count in (25, 20):  # steps of 0.2, then of 0.01
@@ -203,7 +203,7 @@ def _wobbles(critical: Iterable[CriticalSpeed]) -> tuple[CriticalSpeed, ...]:
 
 
 def sides(cycles: LimitCycles, damping: float | None, tyres: Mapping[str, Any], max_speed: float) -> list[Side]:
-    """Both sides of a damper at the bar: without and with ``damping`` (N m s/rad), by default the least that ends
+    """Both sides of a steering damper: without and with ``damping`` (N m s/rad), by default the smallest that ends
     wobble; one side if there is no wobble to end, or no such damper."""
     first = side_of(cycles)
     if damping is None:

@@ -33,7 +33,7 @@ class ChosenModel:
 
     @cached_property
     def model(self) -> "Model":
-        """The model; a mistake in the file is reported with its name."""
+        """The model; an error in the file is reported with its name."""
         from bicycle.model.model_file import build_model
 
         self.refuse_matrices()

@@ -181,7 +181,7 @@ class Refused:
         self.examples: dict[str, str] = {}
 
     def add(self, why: str, mask: NDArray[np.bool_], example: str = "") -> None:
-        """Refuse more items (m,) for a reason, with the message of one of them where the reason does not say it all."""
+        """Refuse more items (m,) for a reason, with the message of one of them where the reason is not enough."""
         new = np.broadcast_to(mask, self.mask.shape) & ~self.mask
         if new.any():
             self.reasons[why] = self.reasons.get(why, np.zeros_like(new)) | new

@@ -1,4 +1,4 @@
-"""Periodic motions of a model as ``velotyre amplitude`` tells them: in a line of Python, as text, record and figure."""
+"""Periodic motions of a model as ``velotyre amplitude`` shows them: in a line of Python, as text, record and figure."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def record(
 
 
 def draw_amplitude(cycles: LimitCycles, target: str, *, title: str, peak_factor: float | None = None) -> None:
-    """Draw amplitude at the bar and frequency along each branch into ``target``, its line by stability.
+    """Draw steer amplitude and frequency along each branch into ``target``, its line by stability.
 
     Pale bands reach over plausible peak factors, if the curves have one.
     """
@@ -129,7 +129,7 @@ def draw_amplitude(cycles: LimitCycles, target: str, *, title: str, peak_factor:
 
 
 def film_cycle(limit_cycles: LimitCycles, speeds: Iterable[float], target: Path) -> None:
-    """Film one cycle of the largest motion that lasts at ``speeds`` (m/s), over and over in 2 s, into ``target``."""
+    """Film one cycle of the largest stable limit cycle at ``speeds`` (m/s), repeated in 2 s, into ``target``."""
     cycles = [(mode, cycle) for v in speeds for mode, cycle in limit_cycles.at(v) if lasts(limit_cycles, cycle)]
     if not cycles:
         raise InputError("--film: no stable limit cycle at these --speeds; give others")

@@ -80,7 +80,7 @@ def judge_decays(decays: Sequence[tuple[str, Decay]]) -> list[Judged]:
 
 
 def notes_of(judgements: Sequence[Judged]) -> Iterator[str]:
-    """Notes on breaks, on what is no noise, on motions fitted beside, and on repeats."""
+    """Notes on breaks, on what is no noise, on further fitted motions, and on repeats."""
     used = [judgement for judgement in judgements if not judgement.rejected]
     for judgement in judgements:
         run, jump = judgement.decay.run, judgement.decay.broken
@@ -132,7 +132,7 @@ def movement_words(decay: Decay) -> str:
 
 
 def second_words(root: complex) -> str:
-    """Name a motion that was fitted beside, by its eigenvalue ``root`` (1/s)."""
+    """Name a further fitted motion by its eigenvalue ``root`` (1/s)."""
     kind = "dies" if -root.real > root.imag else "grows" if root.real > root.imag else "oscillates"
     seconds = -3 / root.real if root.real else math.inf
     return BESIDE[kind].format(real=root.real, hertz=float(frequency_hz(root)), seconds=seconds)

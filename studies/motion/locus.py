@@ -36,7 +36,7 @@ class ParameterPath:
 
     @property
     def axis(self) -> Axis:
-        """The number that runs."""
+        """The parameter that is varied."""
         return self.space.axes[0]
 
     def matrices(self, values: Array) -> Array:
@@ -232,7 +232,7 @@ def draw_root_locus(locus: RootLocus, target: Path, *, title: str, max_frequency
 
 
 def line_look(name: str) -> Look:
-    """The look of the line of mode ``name``; some have another dash then, which markers would tell apart."""
+    """The look of the line of mode ``name``; some have another dash where there are no markers."""
     look = mode_look(name)
     return look._replace(line=look.bare or look.line)
 
@@ -344,7 +344,7 @@ def _arrows(axes: Any, root: NDArray[np.complex128], colour: str, limits: tuple[
 
 
 def _label_crossings(axes: Any, locus: RootLocus, limits: tuple[float, ...]) -> None:
-    """Parameter values beside the stars, pushed apart where they would overlap."""
+    """Parameter values next to the stars, pushed apart where they would overlap."""
     gap, lowest = 0.045 * (limits[3] - limits[2]), -np.inf
     for crossing in sorted(locus.crossings, key=lambda c: c.frequency_hz):
         omega = float(angular_frequency(crossing.frequency_hz))

@@ -1,4 +1,4 @@
-"""A rider who steers a bicycle on a tyre: the speeds he holds, his margins, and the softest tyre he can ride on."""
+"""A rider who steers a bicycle on a tyre: stabilised speeds, stability margins, and the softest rideable tyre."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ CONTROL = schema.table(
 
 @dataclass(frozen=True, eq=False)
 class RiderGains:
-    """Gains (SI) of a rider at the speeds (m,) of his ``runs``; ``about`` holds what the control file says of them."""
+    """Gains (SI) of a rider at the speeds (m,) of the ``runs``; ``about`` is the description in the control file."""
 
     name: str  # of the rider
     about: Mapping[str, Any]  # description, source, kind, bicycle and what else the control file says
@@ -151,7 +151,7 @@ def _combine_nested_loops(loops: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def margins(rider: RiderGains, model: Model, gains: Mapping[str, float], speed: float) -> dict[str, float]:
-    """Margins of a rider's loop cut at his torque, at a ``speed`` (m/s), with his delay exactly; NaN: nothing limits.
+    """Margins of a rider's loop cut at the torque, at a ``speed`` (m/s), with the exact delay; NaN: nothing limits.
 
     L = -1 is the limit; crossings are those of ``control.stability_margins``. ``gain_up`` and ``gain_down`` are factors
     on all gains; the delay is the least phase that may be lost over its frequency.
@@ -205,7 +205,7 @@ class Ride:
 
     @cached_property
     def held(self) -> tuple[tuple[float, float], ...]:
-        """Ranges of speed (m/s) that he holds."""
+        """Ranges of stabilised speeds (m/s)."""
         signs = np.flatnonzero(np.diff(self.curve < 0))
         inner = [scipy.optimize.brentq(self.growth, *self.speeds[k : k + 2], xtol=1e-4) for k in signs]
         ends = [float(speed) for speed in (self.speeds[0], *inner, self.speeds[-1])]
@@ -258,7 +258,7 @@ class Ride:
 
 
 def rides(rider: RiderGains, models: Mapping[str, Model], speeds: Array | None = None) -> tuple[Ride, ...]:
-    """A rider on several models by their label, over ``speeds`` (m/s) or all that his runs cover."""
+    """A rider on several models by their label, over ``speeds`` (m/s) or all that the runs cover."""
     if speeds is None:
         speeds = np.linspace(rider.speeds.min(), rider.speeds.max(), SPEEDS)
     return tuple(Ride(label, rider, model, np.unique(speeds)) for label, model in models.items())

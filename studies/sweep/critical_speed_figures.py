@@ -163,7 +163,7 @@ def _draw_rows(drawn: Drawn, name: str) -> None:
 
 
 def _write_counts(axes: Any, table: pd.DataFrame, possible: Array) -> None:
-    """Write beside each row how many of its ``possible`` (cells,) bicycles have a first critical speed, if not all."""
+    """Write next to each row how many of its ``possible`` (cells,) bicycles have a first critical speed, if not all."""
     for row, number in enumerate(possible):
         have = table[(table["row"] == row) & (table["occurrence"] == 1)]["have_it"].min()
         words = "all impossible" if not number else "none" if np.isnan(have) else f"{have} of {number}"

@@ -17,7 +17,7 @@ ALONG_SPEED = {"stability": ("eigenvalues", draw_stability), "modes": ("modes", 
 
 
 def figures_folder(result: str | Path) -> Path:
-    """Folder of the figures of a ``result`` if nothing else is said: ``NAME_figures`` beside it."""
+    """Folder of the figures of a ``result`` if none is given: ``NAME_figures`` next to it."""
     return Path(result).with_name(f"{Path(result).stem}_figures")
 
 

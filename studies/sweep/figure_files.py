@@ -1,4 +1,4 @@
-"""Files of the figures of a sweep: titles, tables of their numbers, and what is said of those not drawn."""
+"""Files of the figures of a sweep: titles, tables of their numbers, and the reasons for those not drawn."""
 
 import re
 import textwrap

@@ -1,4 +1,4 @@
-"""Finished parts of a sweep in a folder beside its result: one file for each range of bicycles, whole or not there."""
+"""Finished parts of a sweep in a folder next to its result: one file for each range of bicycles, complete or absent."""
 
 import contextlib
 import json
@@ -91,7 +91,7 @@ def parts_folder(out: Path) -> Path:
 
 
 def open_parts(out: Path, sweep: Sweep) -> Parts:
-    """The folder of parts beside ``out``, new or of an interrupted run of the same sweep."""
+    """The folder of parts next to ``out``, new or of an interrupted run of the same sweep."""
     folder = parts_folder(out)
     mark = folder / "sweep.json"
     record: dict[str, Any] = {}

@@ -171,7 +171,7 @@ def open_data(path: Path) -> Any:
 
 
 def impossible_draws(out: Path) -> int:
-    """Number of draws of the finished sweep ``out`` that make no bicycle."""
+    """Number of draws of the finished sweep ``out`` that are impossible."""
     with open_data(out) as data:
         marks = [data[name] for name in ("impossible", "impossible_above_zero") if name in data]
         return sum(int(mark.sum()) for mark in marks)

@@ -68,7 +68,7 @@ def draw_modes(drawn: Drawn) -> None:
 
 
 def _describe_lines(stored: Stored) -> str:
-    """Words on what lines and bands are, so that nobody reads a critical speed between few speeds."""
+    """Words on what lines and bands are, so that no critical speed is read between few speeds."""
     has_lines = stored.cells <= MOST_LINES
     lines = "\nlines and bands: the quantiles that [reduce] kept" if has_lines else "\ntoo many combinations for lines"
     marks = "; computed at the marks, straight lines between them" if _dots(stored.speeds) else ""

@@ -68,7 +68,7 @@ class Stored:
             return values.reshape(self.cells, self.samples, *values.shape[outer:])
 
     def scalar(self, output: Output) -> Array | None:
-        """Values (cells, samples, speeds) of an output of one number; None if the result does not tell."""
+        """Values (cells, samples, speeds) of an output of one number; None if the result does not hold it."""
         if output.name not in self.data and not (output.source == ROOTS and "eigenvalues" in self.data):
             return None
         values = self.rows(output.name) if output.name in self.data else output.function(self.rows("eigenvalues"))

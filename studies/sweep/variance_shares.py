@@ -18,7 +18,7 @@ LEAST, LEAST_OF_A_GRID = 40, 4  # bicycles of a sample and of a grid that tell o
 def shares(y: Array, varied: Sequence[Varied], *, seed: int = 0, resamples: int = 200) -> pd.DataFrame:
     """Shares of parameters in the variance of an output (cells, samples), NaN where a bicycle does not have it.
 
-    A row a parameter with ``first_order``, ``half_width_95`` and ``total``; no row if the output tells of too few.
+    A row per parameter with ``first_order``, ``half_width_95`` and ``total``; no row if too few have the output.
     """
     columns = ["parameter", "first_order", "half_width_95", "total"]
     finite = np.isfinite(y)

@@ -125,7 +125,7 @@ class Stability:
 
 
 def stability(stored: Stored, at: float | None) -> Stability | None:
-    """Growth rates at the speed ``at`` (m/s), else where most differ in stability; None if nothing tells."""
+    """Growth rates at the speed ``at`` (m/s), else where most differ in stability; None if it cannot be found."""
     growth, speeds, requested = stored.scalar(OUTPUTS[GROWTH]), stored.speeds, at
     nearest: Stability | None = None
     if growth is not None and not speeds.size:
@@ -155,7 +155,7 @@ def stability(stored: Stored, at: float | None) -> Stability | None:
 
 
 def _growth_rates_at(stored: Stored, speed: float) -> Array | None:
-    """Largest growth rates (cells, samples) in 1/s at one speed, computed anew; None if that cannot be done."""
+    """Largest growth rates (cells, samples) in 1/s at one speed, computed again; None if impossible."""
     sweep = stored.sweep
     try:
         if sweep.fingerprint != stored.fingerprint or SPEED in sweep.varied:

@@ -151,7 +151,7 @@ def named_pair(values: Complex, of_mode: NDArray[np.bool_]) -> Complex:
 
 
 def stored_names(sweep: Sweep) -> tuple[str, ...]:
-    """Names of the arrays of a sweep: its outputs, and what is told of each bicycle and of each draw."""
+    """Names of the arrays of a sweep: its outputs, and the status of each bicycle and of each sample."""
     names = list(sweep.outputs)
     if any("tyre" in table for table in sweep.model.get("effects", {}).values()):
         names.append("tyre_extrapolated")

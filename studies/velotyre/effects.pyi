@@ -112,10 +112,10 @@ class CamberThrust(Effect):
     ) -> None: ...
 
 class ContactLength(Effect):
-    """Lateral force and moment of a string in contact from +a to -a, beside the relaxation length L that was measured.
+    """Lateral force and moment of a string in contact from +a to -a, within the measured relaxation length L.
 
     Its free ends decay over sigma, c_c is the lateral stiffness per length. Measured are C = 2 c_c (sigma + a)^2 and,
-    in a pull at rest, K = 2 c_c (sigma + a), so L = C/K is sigma + a. A deflection straight along the contact,
+    without rolling, K = 2 c_c (sigma + a), so L = C/K is sigma + a. A deflection straight along the contact,
     q0 + q1 x/a, gives F = K q0 and Mz = t C q1/a with the trail t = (L^3 - sigma^3) / (3 L^2). Over the travelled
     distance x, with the slip alpha = -s/v and the turn slip phi = -(yaw rate of the wheel)/v,
 
@@ -176,8 +176,8 @@ class ForkBending(Effect):
     """A sprung and damped hinge across the steer axis that carries the front wheel and turns with the handlebar.
 
     Axis (cos lam, 0, -sin lam) through the steer axis, ``length`` above the point of it next to the wheel centre. A
-    lateral force F at the hub moves it by F length^2 / stiffness. Beside front_compliance, the twist of the frame, it
-    is the second joint of the front.
+    lateral force F at the hub moves it by F length^2 / stiffness. With front_compliance, the twist of the frame, it
+    is the second joint of the front frame.
 
     Parameters
     ----------
@@ -278,11 +278,11 @@ class Longitudinal(Effect):
     """Forces along the wheels at both contacts, and what resists them: inertia of all masses, or weight on a slope.
 
     The force X = drive_force - brake_force changes the speed by dv/dt = X / m - g sin(slope). The equations are exact
-    at the moment of the speed (under no_slip the yaw rate of a steer angle grows with dv/dt as well); roots tell how
-    motion changes only where it does so faster than the speed. Where X = m g sin(slope) the gradient keeps the speed.
+    at the moment of the speed (under no_slip the yaw rate of a steer angle grows with dv/dt as well); roots describe
+    motion only where it changes faster than the speed. Where X = m g sin(slope) the gradient keeps the speed.
     Each mass m_i feels X m_i / m backwards, which with the spin-up of the wheels moves
     (X |z_m| + sum(Iyy / r) dv/dt) / w of load to the rear wheel. Forces are those of the road on the tyres: a wheel
-    that rolls freely takes -(Iyy / r^2) dv/dt, so beside a rear brake alone the front pushes forward, front_share =
+    that rolls freely takes -(Iyy / r^2) dv/dt, so with a rear brake alone the front wheel pushes forward, front_share =
     (Iyy / r^2) dv/dt / brake_force < 0. Tyres that a model file names are taken at these loads, those given by numbers
     are as given. Left out are slip along the wheel, which takes cornering stiffness, and the turning of the fall line
     against the heading.
@@ -323,7 +323,7 @@ class Longitudinal(Effect):
 class Luggage(Effect):
     """A point mass fixed to the rear frame that the bicycle's parameters do not contain: bag, rack, battery, lock.
 
-    It brings weight, inertia and wheel loads; its own extent is small beside its distance from the wheels' contacts.
+    It brings weight, inertia and wheel loads; its own extent is small against its distance from the wheels' contacts.
     Usual are 0.5 kg (a rack or a lock by itself) to 10 kg.
 
     Parameters
@@ -364,8 +364,8 @@ class NoSlip(Effect):
 class OverturningMoment(Effect):
     """Moment Mx = -overturning_stiffness gamma - arm F about the forward axis of a leaning tyre with lateral force F.
 
-    The load of a leaning tyre acts beside its plane, and a lateral force shifts the contact sideways under the load. Of
-    a tyre of radius rho crown_radius does the first exactly; give here what is measured beyond it.
+    The load of a leaning tyre acts outside its plane, and a lateral force shifts the contact sideways under the load.
+    Of a tyre of radius rho crown_radius does the first exactly; give here what is measured beyond it.
 
     Parameters
     ----------
@@ -557,7 +557,7 @@ class RiderControl(Effect):
     ) -> None: ...
 
 class RiderDelay(Effect):
-    """Delay of what the rider's muscles are told, as a Pade approximant of order 2.
+    """Delay of the command to the rider's muscles, as a Pade approximant of order 2.
 
     D(s) = (1 - s delay/2 + (s delay)^2/12) / (1 + s delay/2 + (s delay)^2/12): the phase is right to 1 degree up to
     s = 2.2j / delay. Margins of velotyre closed-loop take the delay exactly.
@@ -580,11 +580,11 @@ class RiderDelay(Effect):
     ) -> None: ...
 
 class RiderHands(Effect):
-    """Arms as the mass that is felt at both hands, turning about the steer axis between torso and bar.
+    """Arms as the mass that is felt at both hands, turning about the steer axis between torso and handlebar.
 
     The mass is taken out of the rear frame, which must contain the arms; stretched ones feel heavier. Shoulders and
-    elbows hold it to the torso with ``stiffness`` and ``damping``, the grips to the bar with ``grip_stiffness`` and
-    ``grip_damping``, all about the steer axis. The torso is part of the rear frame, beside rider_lean as well; bending
+    elbows hold it to the torso with ``stiffness`` and ``damping``, the grips to the handlebar with ``grip_stiffness``
+    and ``grip_damping``, all about the steer axis. The torso is part of the rear frame, also with rider_lean; bending
     of frame and fork does not move the arms but through the grips.
 
     Parameters
@@ -791,8 +791,8 @@ class SideSlip(Effect):
 class SteerAssist(Effect):
     """Steer torque gain (fade_speed - v) d(lean)/dt below the fade speed, lean_gain (v - fade_speed) lean above it.
 
-    The torque acts between rear frame and steering and steers into the fall for positive gains. It is what the
-    motor is told: all of it arrives at once, unless ``steer_motor`` says what does. Beyond the greatest torque of a
+    The torque acts between rear frame and steering and steers into the fall for positive gains. It is the
+    command to the motor, which acts at once unless ``steer_motor`` gives its lag. Beyond the greatest torque of a
     real motor the equations, which are linear, do not hold.
 
     Parameters
@@ -895,7 +895,7 @@ class TwistingTorque(Effect):
     """Moment Mz = +k gamma about the vertical that turns a leaning wheel into the lean.
 
     The inner side of the contact patch rolls on a smaller radius than the outer side. Under no_slip it acts as well.
-    Beside a pneumatic_trail, whose moment -t F holds the camber force too, it is what the moment of camber has more.
+    With a pneumatic_trail, whose moment -t F includes the camber force, it is the remaining moment due to camber.
     Source: Cossalter, Motorcycle Dynamics, ch. 2; Pacejka, Tire and Vehicle Dynamics, ch. 11.
 
     Parameters
@@ -917,7 +917,7 @@ class UnmodelledTorque(Effect):
 
     Torque = sum of (k + k_slope x + k_curve x^2) state with x = (v - middle_speed) / speed_span, so that all three have
     the unit of k, which holds at the middle speed. Positive torques act like the inputs steer_torque and lean_torque:
-    a steering damper is a negative steer_from_steer_rate. It has no cause: the diagnosis fits it to what it cannot
+    a steering damper is a negative steer_from_steer_rate. It is empirical: the diagnosis fits it to what it cannot
     name. Outside the speeds of its measurement, middle_speed - speed_span to middle_speed + speed_span, it is a guess.
     Usual sizes scale sliders and the prior of that fit: of the steer torque 20 N m/rad of lean, 10 of steer, 4 and
     2 N m s/rad of their rates; of the lean torque 100, 40, 20 and 10; slopes and curvatures have the size of their k.

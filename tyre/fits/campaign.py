@@ -341,7 +341,7 @@ def _named_by(sidecar: Path) -> Path | None:
 
 
 def _refused_alone(sidecar: Path) -> bool:
-    """Tell if a TOML file without a recording beside it cannot be read: reading it as a recording says why."""
+    """True if a TOML file without a recording next to it cannot be read: reading it as a recording gives the reason."""
     if any(sidecar.with_suffix(ending).is_file() for ending in FORMATS):
         return False
     try:

@@ -95,7 +95,7 @@ POSSIBLE = {
 
 @dataclass(frozen=True)
 class RepeatLimits:
-    """Limits beyond which repeats are refused or told, relative but for the trail."""
+    """Limits beyond which repeats are refused or reported, relative but for the trail."""
 
     copy: float = 1e-9  # two fits closer than this come from the same numbers
     reprint: float = 1e-4  # closer than this, perhaps the same recording printed twice
@@ -187,7 +187,7 @@ class Key(NamedTuple):
     camber: float = 0.0  # rad, positive to the right
 
     def __str__(self) -> str:
-        """Write it in the units of the field; no camber is not told."""
+        """Write it in the units of the field, camber only if there is one."""
         camber = f", camber {np.rad2deg(self.camber):.4g} deg" if self.camber else ""
         return f"{self.tyre}, {self.load:g} N, {self.pressure / PASCAL_PER_BAR:g} bar{camber}"
 
@@ -277,7 +277,7 @@ def combine(
 ) -> ConditionResult:
     """Combine the recordings of one condition into its stiffnesses, relaxation lengths by every route, and warnings.
 
-    ``borrowed`` are the pulls of the flat track for a drum without its own.
+    ``borrowed`` are the lateral stiffness tests of the flat track for a drum without its own.
     """
     sweeps, pulls, steps = (
         tuple(sorted((item for item in recordings if item.kind == kind), key=lambda item: item.file))
@@ -477,7 +477,7 @@ def with_camber(conditions: Sequence[ConditionResult], calibration: Calibration)
 def combine_campaign(
     summaries: Sequence[RecordingSummary], settings: FitSettings, *, where: str
 ) -> tuple[list[ConditionResult], Repeatability, Repeatability]:
-    """Combine the recordings of a campaign by condition, with the repeatability of sweeps and of pulls."""
+    """Combine the recordings of a campaign by condition, with the repeatability of either test."""
     groups: dict[Key, list[RecordingSummary]] = {}
     for summary in summaries:
         groups.setdefault(condition_key(summary), []).append(summary)

@@ -1,4 +1,4 @@
-"""Lateral stiffness from a static pull."""
+"""Lateral stiffness from a static test."""
 
 from dataclasses import dataclass
 
@@ -155,7 +155,7 @@ def _linear_range(pull: Pull, law: LawFit, reach: float) -> float:
 
 
 def _notes(curve: PullCurve, reach: float, departure: float) -> list[str]:
-    """Say what the law of a pull leaves out, and how it bends."""
+    """Describe the misfit of the law of a lateral stiffness test, and its curvature."""
     pull, law = curve.pull, curve.leader.law
     used = used_readings(pull, law).stop
     notes = []

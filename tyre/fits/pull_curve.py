@@ -1,4 +1,4 @@
-"""The curve of a static pull: its strokes, the laws that may describe it, and how much each of them counts."""
+"""The curve of a lateral stiffness test: its strokes, the laws that may describe it, and their weights."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from tyre.recordings.signal_quality import noise_level
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the fit of a pull."""
+    """Limits of the fit of a lateral stiffness test."""
 
     chance: float = 1e-3  # that the noise of a gauge alone counts as a reversal somewhere in a recording
     blocks: int = 160  # about so many means stand for a long recording
@@ -43,8 +43,8 @@ LIMITS = Limits()
 def gauge_noise(deflection: Channel, force: Channel) -> float:
     """Standard deviation (m) of the noise of a displacement, also where it is coloured or the plate moves unevenly.
 
-    The force tells the motion of the plate from noise of its gauge. Differences over longer and longer steps see the
-    whole of a noise that has a memory.
+    The force separates the motion of the plate from noise of its gauge. Differences over longer and longer steps see
+    all of a noise that has a memory.
     """
     slope = float(np.polyfit(deflection, force, 1)[0])
     beside_force = deflection - force / slope
@@ -77,7 +77,7 @@ def find_strokes(deflection: Channel, *, noise: float, resolution: float) -> NDA
 
 @dataclass(frozen=True)
 class Pull:
-    """Readings (n,) of a pull: deflection m, force N, clock from -1/2 to 1/2; strokes begin at ``turns``."""
+    """Readings (n,) of a test: deflection m, force N, clock from -1/2 to 1/2; strokes begin at ``turns``."""
 
     deflection: Channel  # (n,), m, plate minus rim
     force: Channel  # (n,), N, lateral force
@@ -142,7 +142,7 @@ class Pull:
 
 @dataclass(frozen=True)
 class Law:
-    """F = F0 + K x (1 + c1 |x| + ...) + T + drift, with ``terms`` powers of x, of the first ``blocks`` of a pull."""
+    """F = F0 + K x (1 + c1 |x| + ...) + T + drift, with ``terms`` powers of x, of the first ``blocks``."""
 
     terms: int  # powers of x: 1 is a straight line
     blocks: int  # how many of the first block means it holds for
@@ -214,7 +214,7 @@ class LawFit:
 
 
 def used_readings(pull: Pull, law: Law) -> slice:
-    """The readings that a law is fitted to: the first ones of the pull."""
+    """The readings that a law is fitted to: the first ones of the test."""
     return slice(0, int(np.append(pull.first, pull.deflection.size)[law.blocks]))
 
 
@@ -230,7 +230,7 @@ def smaller_ranges(pull: Pull, *, least_span: float) -> list[int]:
 
 
 def candidate_laws(pull: Pull, ranges: Sequence[int]) -> list[Law]:
-    """Return the laws that may describe the first blocks of a pull, as many as each of the ``ranges`` says."""
+    """Return the laws that may describe the first blocks, as many as each of the ``ranges`` gives."""
     starts = np.append(pull.first, pull.deflection.size)
     most = LIMITS.terms if pull.first.size >= LIMITS.few else 2
     laws = []
@@ -249,7 +249,7 @@ def candidate_laws(pull: Pull, ranges: Sequence[int]) -> list[Law]:
 
 @dataclass(frozen=True)
 class PullCurve:
-    """The laws that describe a pull, the likeliest first, with their weights (sum 1)."""
+    """The laws that describe a test, the likeliest first, with their weights (sum 1)."""
 
     pull: Pull  # the readings
     fits: tuple[LawFit, ...]  # (k,), likeliest first
@@ -277,13 +277,13 @@ class PullCurve:
 
 
 def fit_curve(pull: Pull, *, noise_floor: float, least_span: float) -> PullCurve:
-    """Fit all laws that may describe a pull, and weigh them.
+    """Fit all laws that may describe a lateral stiffness test, and weigh them.
 
-    A law counts as exp(-(chi^2 + p ln n + 2 q + 2 m) / 2). It has p numbers (Schwarz 1978; they cost more with few of
-    the n block means, McQuarrie 1999, *Stat. Probab. Lett.* 44, 79). The q powers beyond the second cost less (Akaike
-    1974), as a tyre that slides has all of them. The m block means left out must be earned (Jay & Neil 2021, *Phys.
-    Rev. D* 103, 114502), and smaller ranges are tried only where the whole one fits badly. Noise with a memory bends a
-    curve as a law does, so chi^2 is that of its slow part.
+    The weight of a law is exp(-(chi^2 + p ln n + 2 q + 2 m) / 2). It has p numbers (Schwarz 1978; they cost more with
+    few of the n block means, McQuarrie 1999, *Stat. Probab. Lett.* 44, 79). The q powers beyond the second cost less
+    (Akaike 1974), as a tyre that slides has all of them. The m block means left out must be earned (Jay & Neil 2021,
+    *Phys. Rev. D* 103, 114502), and smaller ranges are tried only where the full one fits badly. Noise with a memory
+    bends a curve as a law does, so chi^2 is that of its slow part.
     """
     solver = LawSolver(pull)
     fits = [solver.roughly(law) for law in candidate_laws(pull, [pull.first.size])]
@@ -311,7 +311,7 @@ def fit_curve(pull: Pull, *, noise_floor: float, least_span: float) -> PullCurve
 
 
 def _is_poor(fit: LawFit, noise: float, noise_dof: float) -> bool:
-    """Tell if a law leaves more than a noise (N) that is known with so many degrees of freedom."""
+    """True if the residuals of a law exceed a noise (N) that is known with so many degrees of freedom."""
     return bool(fdtrc(fit.spare, noise_dof, fit.cost / fit.spare / noise**2) < LIMITS.p_poor)
 
 
@@ -330,7 +330,7 @@ def _penalty(law: Law, count: int) -> float:
 
 
 class LawSolver:
-    """Fits laws to the block means of one pull."""
+    """Fits laws to the block means of one lateral stiffness test."""
 
     def __init__(self, pull: Pull) -> None:
         self.pull = pull
@@ -412,7 +412,7 @@ def _slowness(fit: LawFit) -> tuple[float, float]:
 
 
 def _remembers(fit: LawFit) -> bool:
-    """Tell if groups of neighbouring residuals differ by more than chance: an analysis of variance."""
+    """True if groups of neighbouring residuals differ by more than chance: an analysis of variance."""
     width = round(np.sqrt(fit.residual.size))
     groups = fit.residual[: fit.residual.size // width * width].reshape(-1, width)
     between = width * float(np.var(groups.mean(axis=1), ddof=1))

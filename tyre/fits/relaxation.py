@@ -49,7 +49,7 @@ class SlipStepFit:
 
 
 def is_slip_step(run: RigRun) -> bool:
-    """Tell if a recording is a slip step: declared as one, or slip rests at two levels for most of the time."""
+    """True if a recording is a slip step: declared as one, or slip rests at two levels for most of the time."""
     if run.kind != "slip_sweep":
         return run.kind == "slip_step"
     slip = run.slip_angle[np.isfinite(run.slip_angle)]
@@ -81,7 +81,7 @@ def fit_slip_step(run: RigRun) -> SlipStepFit:
     exactly over travelled distance, so a step that takes a while does not lengthen the result. Cornering stiffness,
     offset and length are fitted. The force follows the measured load, as a load that swings once a turn of the wheel
     would be taken for lag. A drift of the force cell is slow noise, which the interval allows for. One step does not
-    tell the peak of the curve, so it is assumed as :data:`PEAK` of the load, and its uncertainty goes into that of the
+    show the peak of the curve, so it is assumed as :data:`PEAK` of the load; its uncertainty is part of that of the
     length.
     """
     where = str(run.source or run.condition.tyre)
@@ -168,9 +168,9 @@ def _averaged_over_noise(
 ) -> tuple[Channel, NDArray[np.float64], float]:
     """Step from a fit to the likeliest parameters under white plus AR(1) noise, their covariance and its freedom.
 
-    A slip step is too short to tell the size and memory of slow noise, and the interval at the likeliest ones is too
-    narrow: step and covariance are averaged over a grid of them by restricted likelihood (Patterson & Thompson, 1971).
-    A force cell without any slow noise is not on the grid: so short a recording cannot show its absence.
+    A slip step is too short to estimate the size and memory of slow noise, and the interval at the likeliest ones is
+    too narrow: step and covariance are averaged over a grid of them by restricted likelihood (Patterson &
+    Thompson, 1971). A force cell without slow noise is not on the grid: so short a recording cannot show its absence.
     """
     n, p = jacobian.shape
     width = max(1, n // 140)  # means hold what a fit sees of slow noise

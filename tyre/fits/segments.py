@@ -165,7 +165,7 @@ def _levels(medians: Mapping[str, float], tolerance: Tolerance) -> list[list[str
 
 
 def _is_level(run: RigRun, cuts: list[Stretch]) -> bool:
-    """Tell if nearly all of a recording lies at the level of its stretches, in every channel of the condition."""
+    """True if nearly all of a recording lies at the level of its stretches, in every channel of the condition."""
     for tolerance in (*TOLERANCES.values(), SPEED):
         channel: Channel | None = getattr(run, tolerance.channel)
         if channel is None or not np.isfinite(channel).any():
@@ -223,7 +223,7 @@ def _moving(run: RigRun, parts: int) -> list[tuple[int, int]]:
 
 
 def _with_rest(moving: list[tuple[int, int]], place: int, run: RigRun) -> tuple[int, int]:
-    """Widen number ``place`` of the ``moving`` stretches by the rest before and after it under its load."""
+    """Widen number ``place`` of the ``moving`` stretches by the standstill before and after it under its load."""
     first, last = moving[place]
     before = moving[place - 1][1] if place else 0
     after = moving[place + 1][0] if place + 1 < len(moving) else run.time.size

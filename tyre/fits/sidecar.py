@@ -71,7 +71,7 @@ class Sidecar:
 
 
 def read_sidecar(path: Path) -> Sidecar:
-    """Read a sidecar in TOML: the condition and axes, the tables of a channel map; units stand at the end of keys."""
+    """Read a sidecar in TOML: the condition and axes, the tables of a channel map; keys end with their units."""
     where = str(path)
     remedy = "the sidecar is missing; write one with tyre, load_N, pressure_bar, surface and axes"
     content = read_toml(path, "sidecar", absent=remedy)
@@ -124,7 +124,7 @@ def _round_printed(value: float) -> float:
 
 
 def _described_file(sidecar: Path, recording: str) -> Path:
-    """Find the file beside a sidecar: the ``recording`` that it names, or if empty that of its stem."""
+    """Find the recording of a sidecar: the ``recording`` that it names, or if empty that of its stem."""
     if recording:
         return sidecar.parent / recording
     candidates = [

@@ -250,7 +250,7 @@ def fit_slip_sweep(
     proportion. Samples within half a metre after a reversal are left out (the lag is not steady there). A robust loss
     (soft L1 at three standard deviations) holds spikes down; the covariance allows for correlated residuals. Samples in
     which the force cell or the slip sensor flattens are not used (:func:`find_fault`). The points
-    of a steady table count as they are, without lag.
+    of a steady table are used as they are, without lag.
 
     Parameters
     ----------
@@ -375,7 +375,7 @@ _READING = {"lateral_force": "force", "slip_angle": "slip", "gain": "force"}  # 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the verdict; measured rates of false alarms stand in data/validation/sensor_faults.json."""
+    """Limits of the verdict; data/validation/sensor_faults.json holds measured rates of false alarms."""
 
     onsets: tuple[float, ...] = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)  # tried, of the largest reading
     gained: float = 6.0  # least fall of the sum of squares, in units of its mean, that is worth a closer look
@@ -449,8 +449,8 @@ def _bent_fit(
 ) -> tuple[float, float, float, Callable[[], tuple[float, float]]]:
     """Fit a sweep whose channel flattens beyond an onset, or whose force cell has two gains (``gain``).
 
-    Gives the sum of squares, the share or difference, the onset, and what tells by how many standard deviations that
-    is not zero, with their degrees of freedom: most fits need no answer, which takes as long as they do.
+    Gives the sum of squares, the share or difference, the onset, and what gives its distance from zero in standard
+    deviations, with their degrees of freedom: most fits need no answer, which takes as long as they do.
     """
     blocks, used = model.blocks, model.blocks.settled
     start = np.array([solution.values[name] for name in sweep_curve.NAMES]) / model.units
@@ -535,7 +535,7 @@ def without_faults(
 
 
 def _slows(model: sweep_curve.SweepModel, onset: float, share: float) -> bool:
-    """Tell if the recorded slip is slower beyond an ``onset`` (rad), as it must be if a ``share`` is missing."""
+    """True if the recorded slip is slower beyond an ``onset`` (rad), as it must be if a ``share`` is missing."""
     blocks = model.blocks
     same_branch = np.diff(blocks.branch) == 0
     pace = np.abs(np.diff(blocks.slip) / np.diff(blocks.time))[same_branch]

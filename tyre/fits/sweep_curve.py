@@ -234,7 +234,7 @@ def load_wander(load: Channel, means: Channel, size: NDArray[np.int64]) -> Chann
 
 
 def samples_used(run: RigRun, blocks: Blocks) -> NDArray[np.bool_]:
-    """Mark the samples of a sweep that stand in the fitted block means: settled ones with a lateral force."""
+    """Mark the samples of a sweep that the fitted block means contain: settled ones with a lateral force."""
     used = np.zeros(run.time.size, bool)
     for first, size in zip(blocks.first[blocks.settled], blocks.size[blocks.settled], strict=True):
         used[first : first + size] = True
@@ -479,8 +479,9 @@ def with_brush(model: SweepModel, *, pure: bool) -> SweepModel:
 def law_weights(residuals: Sequence[Channel], numbers: Sequence[int]) -> Channel:
     """Probabilities of several laws by their likelihood, from their residuals (m,) and counts of fitted numbers.
 
-    Schwarz, *Ann. Stat.* 6 (1978) 461. Neighbouring blocks share slow errors: the lag-one correlation of what the best
-    law leaves counts as fewer independent blocks. Spikes beyond three standard deviations of that count as such.
+    Schwarz, *Ann. Stat.* 6 (1978) 461. Neighbouring blocks share slow errors: the lag-one correlation of the
+    residuals of the best law reduces the number of independent blocks. Spikes are residuals beyond three standard
+    deviations.
     """
     spread = min(1.4826 * float(np.median(np.abs(residual))) for residual in residuals)
     margin = _MARGIN * max(spread, 1e-150)

@@ -1,9 +1,9 @@
 """Rig recordings in TYDEX, read and written.
 
 TYDEX W-axes are ISO axes, so signs are turned on the way. W-channels are read first; if a file has only H-axes
-(wheel-parallel to the road), these serve for lateral force, load and aligning moment, and the recording's notes say so.
-Names of our own, all allowed by the format: ``RIMDISPW`` (lateral displacement of the rim in a lateral stiffness test,
-beside ``LATDISPW`` of the plate), ``DRUMRAD`` (radius of the drum), ``TESTKIND``, ``RIMIDENT``, ``DATAORIG``.
+(wheel-parallel to the road), these serve for lateral force, load and aligning moment, as the recording's notes state.
+Names of our own, all allowed by the format: ``RIMDISPW`` (lateral displacement of the rim in a lateral stiffness test;
+``LATDISPW`` is that of the plate), ``DRUMRAD`` (radius of the drum), ``TESTKIND``, ``RIMIDENT``, ``DATAORIG``.
 """
 
 from dataclasses import replace
@@ -133,7 +133,7 @@ def _constant_number(document: TydexDocument, name: str, quantity: str) -> float
 
 
 def _tydex_sidecar(document: TydexDocument, channels: dict[str, Channel], notes: list[str]) -> Sidecar:
-    """Condition and kind by the constants, else by the medians of channels, which ``notes`` tell."""
+    """Condition and kind by the constants, else by the medians of channels, which ``notes`` report."""
     tyre = _constant(document, "IDENTITY", "TYREDES", "MANUFACT")
     if tyre is None:
         identity = document.header.get("MEASID")
@@ -179,7 +179,7 @@ def _condition_value(
     """One value of the condition in the SI unit of the channel ``name``; None if the file holds none, NaN if it varies.
 
     It is the first constant of ``exact``, else the ``nominal`` constant if it is near the measured median, else that
-    median, which ``notes`` tell.
+    median, which ``notes`` report.
     """
     quantity = CHANNELS[name].quantity
     constants = (_constant_number(document, constant, quantity) for constant in exact)

@@ -70,7 +70,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Reading:
-    """Ways to read a file that does not say it itself; empty and 0 are found out."""
+    """Ways to read a file that does not state them; empty and 0 are detected."""
 
     delimiter: str = ""  # between cells, or ``blanks``
     decimal: str = ""  # decimal sign
@@ -268,7 +268,7 @@ _CHANNELS = Table({maybe("time"): _clock}, (anything, _channel))
 
 
 def _delimiter(value: Any) -> str:
-    """Check what stands between cells."""
+    """Check the delimiter of cells."""
     says = 'must be one character in quotes, "\\t" for tabs, or "blanks"'
     delimiter: str = text(says)(value)
     if len(delimiter) > 1 and delimiter != "blanks":

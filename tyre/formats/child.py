@@ -34,7 +34,7 @@ _one_at_a_time = Lock()
 
 
 def apart() -> bool:
-    """Tell if this process reads foreign files in a child."""
+    """True if this process reads foreign files in a child."""
     return sys.platform == "linux" and bool(sys.executable)
 
 

@@ -196,7 +196,7 @@ def _with_remarks(block: list[int], remarks: list[int], rows: list[list[str]], w
 
 
 def is_comment(row: Sequence[str]) -> bool:
-    """Tell if a line of a header begins with the sign of a comment."""
+    """True if a line of a header begins with the sign of a comment."""
     return bool(row) and row[0].startswith(_COMMENTS)
 
 
@@ -289,7 +289,7 @@ def _find_layout(path: Path, reading: Reading) -> _Layout:
 def stated_rates(lines: Sequence[str]) -> tuple[float, ...]:
     """Rates of sampling, Hz, that the ``lines`` of a header state: ``Sample rate: 100 Hz``, ``sample interval;10 ms``.
 
-    Other rates may stand there (of a serial line, a filter), so a number without Hz is taken of sampling alone.
+    Other rates may be given there (of a serial line, a filter), so a number without Hz is taken of sampling alone.
     """
     rates: list[float] = []
     for line in lines:
@@ -339,7 +339,7 @@ def _head(path: Path, reading: Reading) -> tuple[list[str], str, str | None, lis
 
 
 def _is_utf8(raw: bytes) -> bool:
-    """Tell if a text is in UTF-8: its first line beyond ASCII decides, for later ones may be damaged."""
+    """True if a text is in UTF-8: its first line beyond ASCII decides, for later ones may be damaged."""
     first = next((line for line in raw.split(b"\n") if not line.isascii()), b"")
     try:
         first.decode("utf-8")
@@ -455,7 +455,7 @@ def _columns(path: Path, layout: _Layout, places: list[int], most: int | None) -
 
 
 def since_first(seconds: Array) -> Array:
-    """Times in s since the first one, of dates or of times of the day, which begin anew at midnight."""
+    """Times in s since the first one, of dates or of times of the day, which restart at midnight."""
     midnights = np.cumsum(np.diff(seconds, prepend=seconds[0]) < -43_200)
     return np.asarray(np.round(seconds - seconds[0] + 86_400 * midnights, 6))
 

@@ -82,7 +82,7 @@ def _datasets(h5py: Any, file: Any, root: str) -> list[tuple[str, Any]]:
 
 
 def _zero_sample(dataset: Any) -> Any:
-    """Zeros of the type and proportions of a dataset, but only as many as tell its columns."""
+    """Zeros of the type and proportions of a dataset, but only as many as show its columns."""
     width = min(dataset.shape) if len(dataset.shape) > 1 else 1
     zeros = np.broadcast_to(np.zeros((), dataset.dtype), dataset.shape)
     return np.asarray(zeros[tuple(slice(2 * min(width, 10_000)) for _ in dataset.shape)])

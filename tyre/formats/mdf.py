@@ -22,7 +22,7 @@ _NOT_DECODED = ("CAN_DataFrame", "CAN_RemoteFrame", "CAN_ErrorFrame", "CAN_Overl
 
 
 def mdf_contents(path: Path, reading: Reading) -> Contents:
-    """Channels by name, ``group/channel`` where a name stands in several groups; each has its own times."""
+    """Channels by name, ``group/channel`` where several groups have the name; each has its own times."""
     with _open_table(path, reading) as (mdf, notes):
         places = _places(mdf)
         frames = any(channel.name.startswith(_NOT_DECODED) for channel in _channels(mdf))

@@ -3,7 +3,7 @@
 Layout after Unrau & Zamow, TYDEX-Format, Description and Reference Manual, release 1.3 (1997), section 2.2: keywords
 begin with ``**``; a line of a table has the name in columns 1-10, the description in 11-40, the unit in 41-50; then a
 constant has its value from column 51, a channel its conversion factor (51-60), the offset of the measured value
-(61-70) and the offset of the physical value (71-80); data stand in fields of ten columns. Lines that begin with ``!``
+(61-70) and the offset of the physical value (71-80); data have fields of ten columns. Lines that begin with ``!``
 are comments.
 """
 

@@ -1,4 +1,4 @@
-"""Errors, units, schemas, tables, files and parallel work that everything else stands on."""
+"""Errors, units, schemas, tables, files and parallel work: the base of the other packages."""
 
 from tyre.ground.door import room
 

@@ -11,7 +11,7 @@ from tyre.ground.renamed import now_called
 
 
 def door(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Give ``__getattr__`` and ``__dir__`` of a ``package`` whose names stand in other modules, by ``homes``."""
+    """Give ``__getattr__`` and ``__dir__`` of a ``package`` whose names other modules define, by ``homes``."""
     attributes = sys.modules[package].__dict__
 
     def get(name: str) -> Any:
@@ -24,7 +24,7 @@ def door(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], 
 
 
 def room(package: str, files: Mapping[str, Iterable[str]]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Give the same of a room whose names stand in its ``files``, by file."""
+    """Give the same of a package whose ``files`` define the names, by file."""
     return door(package, {name: f"{package}.{file}" for file, names in files.items() for name in names})
 
 

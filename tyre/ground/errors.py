@@ -49,7 +49,7 @@ def hint(name: object, allowed: Iterable[str]) -> str:
 
 
 def is_number(value: Any) -> bool:
-    """Tell if ``value`` is a real number that a float can hold (True and False are no numbers)."""
+    """True if ``value`` is a real number that a float can hold (True and False are no numbers)."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         return False
     try:
@@ -60,7 +60,7 @@ def is_number(value: Any) -> bool:
 
 
 def plain_digits(text: object) -> bool:
-    """Tell if a ``text`` is spelt as numbers are: Python alone reads 1_0 as 10, and digits of any script as digits."""
+    """True if a ``text`` is spelt as numbers are: Python alone reads 1_0 as 10, and digits of any script as digits."""
     return not isinstance(text, str) or (text.isascii() and "_" not in text)
 
 
@@ -96,7 +96,7 @@ class Note(str):
 
 
 def extrapolated(notes: Sequence[str]) -> bool:
-    """Tell if one of ``notes`` says that values lie beyond what was measured."""
+    """True if one of ``notes`` says that values lie beyond what was measured."""
     return any(isinstance(note, Note) and not note.inside for note in notes)
 
 

@@ -20,7 +20,7 @@ _WORDS = ("source", "description", "note", "notes", "name", "comment")  # keys t
 
 @contextmanager
 def replacing(target: str | Path) -> Iterator[Path]:
-    """Give a file to write beside ``target`` (with its ending); at the end of the block it takes the target's place."""
+    """Give a file to write next to ``target`` (with its ending); at the end of the block it replaces the target."""
     target_text, target = str(target), Path(target)
     if target.is_symlink():
         target = target.resolve()
@@ -68,7 +68,7 @@ def hold_folder(folder: Path, wait: Callable[[], None]) -> Iterator[None]:
 
 
 def left_by_a_killed_run(name: str) -> bool:
-    """Tell if a file called ``name`` is one that :func:`replacing` gave and never put in its place."""
+    """True if a file called ``name`` is one that :func:`replacing` gave and never put in its place."""
     return re.fullmatch(r"\..+\.part\d+(\.\w+)?", name) is not None
 
 

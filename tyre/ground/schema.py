@@ -57,7 +57,7 @@ def number(
     outside: str = "",
     endless: bool = False,
 ) -> Check:
-    """Check a number within bounds (``above`` excluded); ``outside`` is said of one beyond them; gives a float."""
+    """Check a number within bounds (``above`` excluded); ``outside`` is the message for others; gives a float."""
     ends = []
     if above > -math.inf:
         ends.append(f"above {above:g}")
@@ -169,7 +169,7 @@ class Key:
 
 
 def needed(key: str, says: str = "") -> Key:
-    """Declare a key that must be there; ``says`` is said of a table without it."""
+    """Declare a key that must be there; ``says`` is the message for a table without it."""
     return Key(key, says or f"{key} is missing")
 
 
@@ -269,7 +269,7 @@ def _words(error: Refusal, section: list[str], *, dotted: bool) -> str:
 
 
 def _dotted_words(name: str, message: str, kind: str, *, names_key: bool) -> str:
-    """Put the dotted ``name`` of a key before a message that does not say it; of a missing key that of its table."""
+    """Put the dotted ``name`` of a key before a message that lacks it; of a missing key that of its table."""
     if not names_key:
         return f"{name} {message}"
     outer = {"table": name, "missing": name.rpartition(".")[0]}.get(kind, "")

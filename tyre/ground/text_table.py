@@ -1,6 +1,6 @@
 """CSV tables: read strictly (every complaint names file, line and column), and written so that no cell is a formula.
 
-The reader of laboratories' text tables (:mod:`tyre.formats.csv`) stands on the same splitting and number parsing.
+The reader of laboratories' text tables (:mod:`tyre.formats.csv`) uses the same splitting and number parsing.
 """
 
 import csv
@@ -51,7 +51,7 @@ def refuse_huge_line(line: str, *, where: str) -> None:
 
 
 def split_quoted(line: str, separator: str, *, where: str) -> list[str]:
-    """Split a line whose cells may stand in quotes; quotes that do not close are refused."""
+    """Split a line whose cells may be in quotes; quotes that do not close are refused."""
     try:
         (cells,) = csv.reader([line], delimiter=separator, skipinitialspace=True, strict=True)
     except csv.Error as error:

@@ -117,12 +117,12 @@ def factor_to_si(unit: str, si: str, *, where: str) -> Fraction:
 
 
 def is_unit(text: str) -> bool:
-    """Tell if ``text`` is a unit that is known, of whatever quantity."""
+    """True if ``text`` is a unit that is known, of whatever quantity."""
     return _parse_unit(text) is not None
 
 
 def is_si(text: str) -> bool:
-    """Tell if ``text`` is a known SI unit without prefixes: ``N m/rad``, ``kg``, ``1/s``, ``1`` for none."""
+    """True if ``text`` is a known SI unit without prefixes: ``N m/rad``, ``kg``, ``1/s``, ``1`` for none."""
     if text == "1":
         return True
     parsed = _parse_unit(f"rad/{text[2:]}" if text.startswith("1/") else text)
@@ -194,7 +194,7 @@ def find_unit(text: str, quantity: str, *, where: str) -> Unit:
 
 
 def says_nothing(text: str) -> bool:
-    """Tell if a file writes no unit: a dash, ``counts``."""
+    """True if a file writes no unit: a dash, ``counts``."""
     return text.strip().casefold() in ("", "-", "1", "none", "n/a", "[]", "[-]", "counts", "raw", "unknown")
 
 

@@ -80,7 +80,7 @@ def _begin(prepare: Callable[..., None] | None, arguments: tuple[Any, ...]) -> N
 
 
 def end_with_parent() -> None:
-    """End this worker when the process that started it is gone: killed, it can no longer say so."""
+    """End this worker when the process that started it is gone: killed, it cannot end its workers."""
     from multiprocessing import parent_process
     from multiprocessing.connection import wait
 

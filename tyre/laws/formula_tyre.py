@@ -52,13 +52,13 @@ class FormulaTyre(TyreSource):
     def lateral_force(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
     ) -> Array:
-        """Lateral force (N) of the whole curve, > 0 to the right for a slip angle (rad) > 0; refused without one."""
+        """Lateral force (N) of the full curve, > 0 to the right for a slip angle (rad) > 0; refused without one."""
 
     @abstractmethod
     def aligning_moment(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
     ) -> Array:
-        """Aligning moment (N m) of the whole curve, > 0 turns the wheel to the right; refused without one."""
+        """Aligning moment (N m) of the full curve, > 0 turns the wheel to the right; refused without one."""
 
     def assuming(self, relative_sd: float, /) -> Self:
         """Return the same tyre with an assumed uncertainty."""

@@ -404,7 +404,7 @@ def read_pacejka89(source: str | Path | Traversable) -> Pacejka89Tyre:
 
 
 def _one_mapping(content: Any, stem: str) -> Any:
-    """Keys in one spelling; a set that stands at the top, or in a struct of its own, below ``set``."""
+    """Keys in one spelling; a set at the top, or in a struct of its own, below ``set``."""
     if isinstance(content, list):
         content = {"set": content} if content and isinstance(content[0], Mapping) else {SIDE: content}
     if not isinstance(content, Mapping):

@@ -143,7 +143,7 @@ LATER = ("PKY4", "PKY5", "PKY6", "PKY7")  # coefficients that MF-Tyre 5.2 does n
 
 
 def version_of(file: TirText) -> Version:
-    """Tell the model of a file by its name (FITTYP or PROPERTY_FILE_FORMAT) and by its coefficients."""
+    """Identify the model of a file by its name (FITTYP or PROPERTY_FILE_FORMAT) and by its coefficients."""
     model_name = file.values.get("FITTYP", file.values.get("PROPERTY_FILE_FORMAT"))
     model = re.sub(r"[\W_]", "", model_name).upper() if isinstance(model_name, str) else model_name
     later = [name for name in LATER if file.values.get(name)]
@@ -256,7 +256,7 @@ class TirTyre(FormulaTyre):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Notes that a reader of any value must be told."""
+        """Notes that a reader of any value must know."""
         model, file, any_pressure = self.coefficients, self.file, self.pressure_range[1] == inf
         unused = [n for n, v in file.values.items() if v and OF_LATERAL_FORCE.fullmatch(n) and n not in model.values]
         changes = zip(LEAST_CHANGE.items(), model.change_by_shifts, strict=True)
@@ -326,14 +326,14 @@ class TirTyre(FormulaTyre):
     def lateral_force(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
     ) -> Array:
-        """Lateral force of the whole curve, N; adapted SAE signs."""
+        """Lateral force of the full curve, N; adapted SAE signs."""
         with self._named():
             return self.coefficients.lateral_force(slip_angle=slip_angle, load=load, pressure=pressure, camber=camber)
 
     def aligning_moment(
         self, *, slip_angle: ArrayLike, load: ArrayLike, pressure: float, camber: ArrayLike = 0.0
     ) -> Array:
-        """Aligning moment of the whole curve, N m; adapted SAE signs."""
+        """Aligning moment of the full curve, N m; adapted SAE signs."""
         with self._named():
             return self.coefficients.aligning_moment(slip_angle=slip_angle, load=load, pressure=pressure, camber=camber)
 

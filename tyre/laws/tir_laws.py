@@ -54,7 +54,7 @@ class Coefficients:
         return self.values.get(name, DEFAULTS.get(name, 1.0 if name.startswith("L") else 0.0))
 
     def has(self, *names: str) -> bool:
-        """Tell if one of the coefficients is there and not zero."""
+        """True if one of the coefficients is there and not zero."""
         return any(self.values.get(name, 0.0) for name in names)
 
     @cached_property
@@ -163,7 +163,7 @@ class Coefficients:
 
     @property
     def curved(self) -> bool:
-        """True if the file holds the whole curve of the lateral force, not only its slope."""
+        """True if the file holds the full curve of the lateral force, not only its slope."""
         shaped = self["PCY2"] > 0 or self.version != "motorcycle"
         return self["PCY1"] > 0 and self["PDY1"] > 0 and shaped
 

@@ -24,7 +24,7 @@ FILE_ENDINGS = (".csv", ".tir", ".toml", ".json", ".yaml", ".yml", ".mat")
 
 
 def is_file_name(tyre: str) -> bool:
-    """Tell if a tyre is given by a file, not by name."""
+    """True if a tyre is given by a file, not by name."""
     return str(split_row(tyre)[0]).lower().partition(CHOICE)[0].endswith(FILE_ENDINGS)
 
 

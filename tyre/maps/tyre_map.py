@@ -163,7 +163,7 @@ def predicted_column(
 
 
 def _linear_trend(load: Array, pressure: Array, value: Array) -> Trend:
-    """A plane over load and pressure, of as many terms as the conditions can tell apart."""
+    """A plane over load and pressure, of as many terms as the conditions can determine."""
     at_load, at_pressure = float(load.mean()), float(pressure.mean())
     several_loads = bool(np.ptp(load) > 0) and (len(value) > 2 or not np.ptp(pressure) > 0)
     several_pressures = bool(np.ptp(pressure) > 0)
@@ -464,7 +464,7 @@ class TyreMap(TyreSource):
         Raises
         ------
         InputError
-            A load or pressure that is not finite and positive, one the table cannot tell anything about (another
+            A load or pressure that is not finite and positive, one that the table does not cover (another
             pressure than the only one measured, say), or an extrapolation to C_alpha <= 0 or K_y <= 0.
         """
         table = self.measured
@@ -532,7 +532,7 @@ class TyreMap(TyreSource):
         return JointProperties(tuple(properties), joint)
 
     def origin(self, *, load: float, pressure: float) -> Origin:
-        """Tell if a ``load`` (N) and ``pressure`` (Pa) were measured, lie between measured ones, or outside."""
+        """State if a ``load`` (N) and ``pressure`` (Pa) were measured, lie between measured ones, or outside."""
         table = self.measured
         if np.any(np.isclose(table.load, load, rtol=1e-9) & np.isclose(table.pressure, pressure, rtol=1e-9)):
             return "measured"

@@ -1,4 +1,4 @@
-"""Slips of units are told from unusual bicycles and tyres by the typical range of every parameter.
+"""Slips of units are distinguished from unusual bicycles and tyres by the typical range of every parameter.
 
 The bands of a tyre reach beyond the published values (Dell'Orto et al., tables 2 to 9, and the Schwalbe 28 x 1.75 of
 mechmotum/bicycle-kickplate-model; see data/SOURCES.md): fat, cargo and hand-cycle tyres exist.

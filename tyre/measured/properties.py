@@ -32,7 +32,7 @@ class Estimate:
         return self.value - half, self.value + half
 
     def covers(self, truth: float) -> bool:
-        """Tell if the 95 % interval holds a value."""
+        """True if the 95 % interval holds a value."""
         low, high = self.ci95
         return low <= truth <= high
 
@@ -125,7 +125,7 @@ class TyreProperties:
     surface_stated : bool
         False where the source names no surface and a flat one is taken.
     notes : tuple of str
-        What a reader of a result must be told (an assumption, a borrowed stiffness, a misfit).
+        What a reader of a result must know (an assumption, a borrowed stiffness, a misfit).
     degrees_of_freedom : ndarray, shape (3,), or None
         Behind the variances of (cornering stiffness, lateral stiffness, relaxation length), infinite where they are
         known well; None where the source states none.
@@ -136,7 +136,7 @@ class TyreProperties:
     camber_stiffness : float or None
         C_gamma = dFy/d(camber) at zero slip, N/rad, > 0 where a lean to the right pushes to the right.
     twisting_stiffness : float or None
-        What dMz/d(camber) is beside the moment -t Fy of the camber force, N m/rad, > 0 into the lean.
+        dMz/d(camber) without the moment -t Fy of the camber force, N m/rad, > 0 into the lean.
     overturning_stiffness : float or None
         -dMx/d(camber) about the point where wheel plane and ground meet, without lateral force, N m/rad, > 0 where the
         load moves towards the lean.
@@ -230,7 +230,7 @@ UNSTATED = "the source states no uncertainty of the {} stiffness; "
 
 @dataclass(frozen=True, eq=False)
 class JointCovariance:
-    """Covariance of numbers whose errors hang together, as those of one measured tyre do."""
+    """Covariance of numbers whose errors are correlated, as those of one measured tyre do."""
 
     names: tuple[str, ...] = ()  # p of them
     matrix: Array = field(default_factory=lambda: np.zeros((0, 0)))  # (p, p), SI units
@@ -331,7 +331,7 @@ class TyreSource(ABC):
     description, source : str
         What it is, and where its numbers come from.
     notes : tuple of str
-        What a reader of any value must be told.
+        What a reader of any value must know.
     synthetic : bool
         True where no rig measured it.
     width : float or None
@@ -415,7 +415,7 @@ class TyreSource(ABC):
         return "interpolated"
 
     def _columns(self, conditions: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
-        """Loads (N) and pressures (Pa) of ``conditions``, each finite, positive and one that the tyre can tell of."""
+        """Loads (N) and pressures (Pa) of ``conditions``, each finite, positive and covered by the tyre."""
         if not conditions:
             raise InputError(f"{self.label}: no condition asked for; give at least one (load N, pressure Pa).")
         for load, pressure in conditions:
@@ -448,7 +448,7 @@ LOAD_SLIPS = (("kg", GRAVITY), ("kN", 1e3))
 
 
 def _usual(tyre: TyreSource, name: str, value: float) -> bool:
-    """Tell if a tyre holds at this load or pressure, without a stated range if a tyre can have it."""
+    """True if a tyre is valid at this load or pressure; without a stated range, if a tyre can have it."""
     low, high = tyre.load_range if name == "load" else tyre.pressure_range
     least, most = POSSIBLE_PRESSURE if name == "pressure" else (0.0, np.inf)
     return bool(max(low, least) * 0.5 <= value <= min(high, most) * 2)

@@ -91,12 +91,12 @@ def listed(names: Iterable[str]) -> str:
 
 
 def _is_positive(values: Array) -> Any:
-    """Tell at which conditions a value is finite and > 0, shape (N,)."""
+    """True (N,) for conditions at which a value is finite and > 0."""
     return np.isfinite(values) & (values > 0)
 
 
 def _is_sd(values: Array) -> Any:
-    """Tell at which conditions a value is finite and >= 0, shape (N,)."""
+    """True (N,) for conditions at which a value is finite and >= 0."""
     return np.isfinite(values) & (values >= 0)
 
 
@@ -151,7 +151,7 @@ class MeasuredTable:
     source, description : str
         Where the numbers come from, and what the tyre is.
     notes : tuple of str
-        What a reader of any value must be told.
+        What a reader of any value must know.
     lateral_stiffness_origin : str
         How the lateral stiffness came about, in words, where it was not measured in a lateral stiffness test on this
         surface.

@@ -72,7 +72,7 @@ DAMAGED = 200
 
 
 def damaged_times(time: Array) -> NDArray[np.bool_]:
-    """Samples (n,), True where a ``time`` (s) is missing or stands out of an otherwise rising order, as in a damaged
+    """Samples (n,), True where a ``time`` (s) is missing or breaks an otherwise rising order, as in a damaged
     line; all False if more than one in :data:`DAMAGED` would have to go, or if others run back or repeat."""
     bad = ~np.isfinite(time)
     for place in np.flatnonzero(np.diff(time) < 0)[: time.size // DAMAGED + 1].tolist():
@@ -108,7 +108,7 @@ def usual_rate(time: Array) -> float:
 
 
 def fills(time: Array, *values: Array) -> bool:
-    """Tell if resampling leaves no sample of ``values`` at ``time`` (s), all of shape (n,), missing: no gap, no end."""
+    """True if resampling leaves no sample of ``values`` at ``time`` (s), all of shape (n,), missing: no gap, no end."""
     valid_times = [time[np.isfinite(x)] for x in values]
     if any(t.size < 2 or t[0] > time[0] or t[-1] < time[-1] for t in valid_times):
         return False

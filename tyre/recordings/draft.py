@@ -59,7 +59,7 @@ all:
 
 @dataclass(frozen=True)
 class Guess:
-    """A ``column`` that may be a channel, its ``unit`` if the file does not say it, and a ``doubt`` to be checked."""
+    """A ``column`` that may be a channel, its ``unit`` if the file does not state it, and a ``doubt`` to be checked."""
 
     column: Column  # of an empty name: samples at equal steps
     unit: str = ""
@@ -165,7 +165,7 @@ def _words_of(file_contents: Contents, quantities: Mapping[str, str]) -> str:
 
 
 class UnmappedError(InputError):
-    """Names of columns that say nothing to the program: a channel map would tell which column is which channel."""
+    """Columns whose names are not recognised: a channel map assigns columns to channels."""
 
 
 @contextmanager

@@ -86,7 +86,7 @@ def noise_constants(jacobian: NDArray[np.float64], residual: Channel) -> tuple[f
 
 
 def _settle_minimum(function: Callable[[Channel], float], start: Channel) -> Channel:
-    """Return where central differences of a function vanish, beside a point (k,) at which a search ended.
+    """Return where central differences of a function vanish, near a point (k,) at which a search ended.
 
     A search that compares values stops where their rounding hides the rest of the way. Here that moved the degrees of
     freedom by 5e-8 from one processor to another.

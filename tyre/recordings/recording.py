@@ -77,7 +77,7 @@ class RigRun:
 
 @dataclass(frozen=True)
 class LateralStiffnessTest:
-    """One static lateral pull: ``lateral_force`` N over ``plate_displacement`` and ``rim_displacement`` m, shape (n,).
+    """A lateral stiffness test: ``lateral_force`` N over ``plate_displacement`` and ``rim_displacement`` m, shape (n,).
 
     The tyre's own deflection is plate minus rim (Dell'Orto et al., eq. 8).
     """
@@ -140,7 +140,7 @@ def signs(axes: str, *, where: str = "axes") -> dict[str, float]:
 
 
 def slope_grows(axes: str) -> bool:
-    """Tell if the lateral force of a sound tyre grows with slip in the raw numbers of a convention."""
+    """True if the lateral force of a sound tyre grows with slip in the raw numbers of a convention."""
     turn = signs(axes)
     return turn["slip_angle"] * turn["lateral_force"] > 0.0
 

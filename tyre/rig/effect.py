@@ -65,7 +65,7 @@ class RigParameter:
 
 @dataclass(frozen=True)
 class Recorded:
-    """Contents of recordings and of their reference, which decide the terms that can be told."""
+    """Contents of recordings and of their reference, which decide the terms that can be distinguished."""
 
     sweeps: bool = True  # there are slip sweeps
     pulls: bool = True  # there are lateral stiffness tests
@@ -88,7 +88,7 @@ class _Terms:
 
 @dataclass
 class SweepTerms(_Terms):
-    """Contributions to a slip sweep, beside the condition it was recorded in."""
+    """Contributions to a slip sweep, in addition to its condition."""
 
     load: float  # N
     load_ratio: float  # load over that of the reference
@@ -110,7 +110,7 @@ class SweepTerms(_Terms):
 
 @dataclass
 class PullTerms(_Terms):
-    """Contributions to a static pull of the ``displacement`` (n,), m."""
+    """Contributions to a lateral stiffness test of the ``displacement`` (n,), m."""
 
     displacement: Array  # (n,), as indicated, m
     force_gain: Contribution = 0.0  # indicated over true, less one
@@ -158,7 +158,7 @@ class Term:
         return f"{self.identifier}.{parameter.name}"
 
     def add_to(self, terms: SweepTerms | PullTerms, values: Mapping[str, Array]) -> None:
-        """Add the effect to the ``terms`` of a sweep or a pull, if ``values`` (K,) by :meth:`key` have it."""
+        """Add the effect to the ``terms`` of either test, if ``values`` (K,) by :meth:`key` have it."""
         add = self.sweep if isinstance(terms, SweepTerms) else self.pull
         own_values = {p.name: values[key] for p in self.parameters if (key := self.key(p)) in values}
         if add is None or len(own_values) < len(self.parameters):
@@ -198,7 +198,7 @@ class RigEffect:
 
     @classmethod
     def simulated(cls) -> bool:
-        """Tell if the simulator knows it."""
+        """True if the simulator knows it."""
         hooks = ("on_tyre", "on_rolling", "on_pull")
         return any(getattr(cls, hook) is not getattr(RigEffect, hook) for hook in hooks)
 

@@ -1,4 +1,4 @@
-"""A simulated rig: synthetic slip sweeps, pulls and campaigns of the paper's protocol.
+"""A simulated rig: synthetic slip sweeps, lateral stiffness tests and campaigns of the paper's protocol.
 
 It computes with no code of the fits, which are judged by it.
 """
