@@ -20,7 +20,7 @@ def test_the_page_runs_and_says_what_it_says(tmp_path, monkeypatch):
     # 6400 N/rad is what the page wrote into the forces, the damper what it hid in the bicycle
     (condition,) = json.loads(Path("fit.json").read_text(encoding="utf-8"))["conditions"]
     assert condition["cornering_stiffness_N_per_rad"]["value"] == pytest.approx(6400, rel=0.02)
-    assert "named. Missing: viscous damping of the steering (steer_damper: damping 0.5" in shown
+    assert "named. Missing effect: viscous damping of the steering (steer_damper: damping 0.5" in shown
 
 
 def test_every_ending_and_use_stands_on_the_page():
