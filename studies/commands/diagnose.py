@@ -57,7 +57,7 @@ def command(
     if folder and Path(folder).exists() and not Path(folder).is_dir():
         raise InputError(f"--out {folder} is a file; give a folder")
     if folder and quick:
-        raise InputError("--quick writes no report; leave out --quick or --out")
+        raise InputError("--quick writes no report; omit --quick or --out")
     check_targets(json=json_file)
     started = perf_counter()
     measurement = read_measurement(measurement_file)

@@ -215,12 +215,12 @@ class Setup:
     @property
     def assumed(self) -> bool:
         """True if the front frame of the case is assumed, not measured."""
-        return self.front is not None and not self.front.from_file
+        return self.front is not None and (not self.front.from_file or bool(self.front.defaults))
 
     @property
     def hands_assumed(self) -> bool:
         """True if the arms on the handlebar are assumed."""
-        return self.arms is not None and not self.arms.from_file
+        return self.arms is not None and (not self.arms.from_file or bool(self.arms.defaults))
 
 
 @dataclass(frozen=True)

@@ -192,3 +192,11 @@ def test_a_bicycle_in_the_place_of_the_model_is_the_bicycle(tmp_path):
     assert main_study.settings_of(str(tmp_path / "mine.toml")).bicycle.values == load_bicycle("browser").values
     refuses("two bicycles, pista and --bicycle rigid; remove one", main_study.settings_of, "pista", bicycle="rigid")
     refuses("unknown bicycle or model 'pisto'; did you mean 'pista'", main_study.settings_of, "pisto")
+
+
+@pytest.mark.parametrize(("defaults", "assumed"), [((), False), (("damping",), True)])
+def test_what_a_model_file_leaves_out_of_front_frame_and_arms_is_assumed(defaults, assumed):
+    front = main_study.Front(from_file=True, defaults=defaults)
+    arms = main_study.Arms(from_file=True, defaults=defaults)
+    setup = main_study.Setup(front, arms)
+    assert (setup.assumed, setup.hands_assumed) == (assumed, assumed)
