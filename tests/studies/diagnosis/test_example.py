@@ -47,7 +47,7 @@ def test_every_key_that_it_explains_is_one(capsys):
 
 def test_what_is_there_stays(refused):
     Path("m.csv").write_text("mine")
-    assert "m.csv exists, where the table of m.toml would be" in refused("new", "m.toml", "--kind=measurement")
+    assert "m.csv exists, where the table of m.toml is written" in refused("new", "m.toml", "--kind=measurement")
     assert Path("m.csv").read_text() == "mine"
     assert not Path("m.toml").exists()
     main(["new", "m.toml", "--kind=measurement", "--force"])
