@@ -103,9 +103,9 @@ def _name_condition(result: Result) -> str:
 
 
 def case_words(setup: Setup) -> str:
-    """Name a case, with "(assumed)" behind hands or front frame that nobody measured."""
-    hands, front = setup.label.split(", ")
-    return f"{hands}{' (assumed)' if setup.hands_assumed else ''}, {front}{' (assumed)' if setup.assumed else ''}"
+    """Name a case, with "(assumed)" after hands or front frame that were not measured."""
+    hands = f"hands {setup.hands}" + (" (assumed)" if setup.hands_assumed else "")
+    return f"{hands}, {setup.front_name} front frame" + (" (assumed)" if setup.assumed else "")
 
 
 def _draw_cases(axes: Any, study: Study) -> None:

@@ -179,5 +179,7 @@ def test_the_main_study_says_what_it_needs(tmp_path):
         'bicycle = "benchmark"\n[effects.relaxation_length]\ntyre = "Schwalbe 50km Energizer Plus 28 x 1.75"\n'
         "pressure_bar = 4\nrelaxation_length = 0.1\n"
     )
-    with pytest.raises(InputError, match="has no lateral stiffness, so no relaxation length, .* add the result of a lateral"):
+    with pytest.raises(
+        InputError, match="has no lateral stiffness, so no relaxation length, .* add the result of a lateral"
+    ):
         tyre_cases(settings_of(str(file)))
