@@ -203,6 +203,8 @@ def test_remarks_name_quantities_for_which_the_linear_sd_fails():
     assert told(draws) == told(1.5 * draws[:10]) == ()  # so few samples show nothing
     (found,) = told(2 * draws)
     assert f"standard uncertainty {2 * draws.std(ddof=1):.3g} m/s by Monte Carlo, 1 m/s linear" in found
+    (ratio,) = told(2 * draws, "1")  # a number without unit
+    assert f"standard uncertainty {2 * draws.std(ddof=1):.3g} by Monte Carlo, 1 linear" in ratio
     lost = np.where(draws > 1, np.nan, draws)
     for unit in ("m/s", "Hz"):
         assert f"{np.isnan(lost).sum()} of 2000 samples" in told(lost, unit)[0]
