@@ -1,4 +1,4 @@
-"""Find where simulation and measurement disagree, name the missing effect, add it, show the gap shrink."""
+"""Find where simulation and measurement disagree, name the missing effect, add it, show the discrepancy shrink."""
 
 from studies.diagnosis.corrected_model import Corrected, corrected, corrected_model, model_text
 from studies.diagnosis.diagnose import Diagnosis, diagnose

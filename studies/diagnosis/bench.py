@@ -1,11 +1,11 @@
-"""Bench tests of the steering: torque at the bar of a bicycle that stands.
+"""Bench tests of the steering: torque at the handlebar of a bicycle at rest.
 
-The rear frame is held upright at its riding pitch; the bar is held, or turned slowly. With the steer row of the linear
-model at v = 0 (Meijaard et al. 2007, eq. 5.3) the torque is
+The rear frame is held upright at its riding pitch; the handlebar is held or turned slowly. With the steer row of the
+linear model at v = 0 (Meijaard et al. 2007, eq. 5.3) the torque is
 
     T = K steer + D rate + (T_f + T_s cos(tilt)) sign(direction)
 
-K contains the front wheel load N times its trail, N (rho sin(tilt)^2 - c cos(tilt) sin(tilt)) with crown radius rho; a
+K contains the front wheel load N times the trail, N (rho sin(tilt)^2 - c cos(tilt) sin(tilt)) with crown radius rho; a
 lifted wheel has N = 0. T_f is the dry friction of the steering (half the width of a slow loop), T_s the scrub moment of
 a tyre on the floor, 2/3 mu N a for a round patch of radius a (Pacejka, Tire and Vehicle Dynamics, ch. 9). Readings
 taken before the patch slides, just after a reversal, must be left out. A tyre at rest has no slip force.
@@ -110,7 +110,7 @@ def _column_units(path: Path) -> dict[str, tuple[str, float]]:
     for name in read_cells(path, kind=kind, example="test, condition").header:
         stem = next((s for s in QUANTITIES if name == s or name.startswith(f"{s}_")), None)
         if stem is None:
-            more = "a number's unit stands in its name, and may be another one (steer_deg, lever_arm_mm)"
+            more = "the name of a column contains its unit (steer_deg, lever_arm_mm)"
             examples = [f"{stem}_{unit}" for stem, (_, unit, _, _) in QUANTITIES.items()]
             refuse_unknown("column", [name], [*TEXTS, *examples], where=str(path), more=more)
             continue
@@ -152,7 +152,7 @@ def _torque(si: Mapping[str, float]) -> tuple[float, float, float]:
     """Torque (N m), its sd, and the lever arm (m) if a force was read, else 0."""
     stems = [stem for stem in ("steer_torque", "force") if not math.isnan(si.get(stem, math.nan))]
     if len(stems) == 2:
-        raise InputError("steer_torque and force both say the same; keep one")
+        raise InputError("steer_torque and force give the same; keep one")
     if not stems:
         raise InputError("the torque is missing: give a torque, or a force and its lever_arm")
     (stem,) = stems
@@ -172,10 +172,10 @@ def _torque(si: Mapping[str, float]) -> tuple[float, float, float]:
 def _notes(readings: Sequence[Reading]) -> tuple[str, ...]:
     """Notes on what the ``readings`` leave open and is assumed."""
     notes = {
-        "a hold without a direction counts as the middle of what dry friction allows": any(
+        "a hold without a direction is treated as the middle of the friction band": any(
             r.test == "hold" and not r.direction for r in readings
         ),
-        "front_load is not given: the front wheel carries what the bicycle's parameters say, rider included": any(
+        "front_load is not given: the front wheel load follows from the bicycle's parameters, rider included": any(
             r.condition != "lifted" and math.isnan(r.load) for r in readings
         ),
         "on the floor: the tyre slides in its patch, and the rear frame, held upright, is free to yaw": any(
@@ -230,10 +230,10 @@ def unseen(effect: type[Effect]) -> str:
     if effect.powered or "motor command" in effect.requires:
         return "motors are off in a bench test"
     if effect.needs_rider:
-        return "nobody holds the bar or sits on the bicycle in a bench test"
+        return "no rider in a bench test: the handlebar is free"
     rolling = effect.slot is not None or effect.requires or effect.identifier == "twisting_torque"
     if rolling:
-        return "acts through a rolling tyre: one at rest has no slip, and no force that comes from rolling"
+        return "acts through a rolling tyre; a tyre at rest has no slip and no rolling force"
     return ""
 
 
@@ -241,12 +241,12 @@ def unseen(effect: type[Effect]) -> str:
 MISTAKES = {
     "steer_torque": (
         ("steer_torque_scale", "1", TORQUE_GAIN, 0.1, 0.002,
-         "the torque sensor reads too much or too little by a constant factor"),
+         "the torque sensor reads wrong by a constant factor"),
         ("steer_torque_zero", "N m", TORQUE_ZERO, 0.1, 0.02, "the torque sensor does not read zero without load"),
     ),
     "force": (
         ("force_scale", "1", FORCE_GAIN, 0.1, 0.002,
-         "the spring balance reads too much or too little by a constant factor"),
+         "the spring balance reads wrong by a constant factor"),
         ("force_zero", "N", FORCE_ZERO, 0.5, 0.1, "the spring balance does not read zero without load"),
     ),
 }  # fmt: skip
@@ -267,7 +267,7 @@ def _distinct_arms(readings: Sequence[Reading]) -> list[float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Bench(BicycleKind, kind="bench"):
-    """Torques at the bar of a bicycle at rest."""
+    """Torques at the handlebar of a bicycle at rest."""
 
     keys: ClassVar[Any] = table(path_key("table", "FILE.csv"))
     columns: ClassVar[tuple[str, ...]] = (*TEXTS, *(f"{name}_..." for name in QUANTITIES))
@@ -288,7 +288,7 @@ class Bench(BicycleKind, kind="bench"):
         acting = tuple(c for c in prepared.candidates if c.effect is None or not unseen(c.effect))
         shown_candidates = tuple(c for c in acting if c.effect is None or prepared._shows(c))
         hidden = {
-            c.identifier: "does not change the torque at the bar in these tests"
+            c.identifier: "does not change the torque at the handlebar in these tests"
             for c in acting
             if c not in shown_candidates
         }

@@ -69,7 +69,7 @@ class BicycleKind(Kind):
     def _own_lists(
         self,
     ) -> tuple[tuple[Candidate, ...], dict[str, str], tuple[UncertainParameter, ...], tuple[str, ...]]:
-        """Mistakes, names that cannot be tried, nuisances and their notes."""
+        """Measurement errors, names that cannot be tried, nuisances and their notes."""
         floating, nuisance_notes = nuisances(self.model, self.uncertainty)
         geometry, narrow = geometry_errors(self.model, floating)
         return (*self.mistakes(), *geometry), {**self.refusals(), **narrow}, floating, nuisance_notes
@@ -213,7 +213,7 @@ def refuse_repeats(path: Path, lines: Iterable[int], keys: Iterable[Hashable], n
     first_lines: dict[Hashable, int] = {}
     for line, key in zip(lines, keys, strict=True):
         if (first := first_lines.setdefault(key, line)) != line:
-            raise InputError(f"{path}, line {line}: the same {noun} as line {first}; keep one, or it counts twice")
+            raise InputError(f"{path}, line {line}: the same {noun} as line {first}; keep one")
 
 
 def without_motors(content: Mapping[str, Any], common: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
@@ -225,11 +225,11 @@ def without_motors(content: Mapping[str, Any], common: Mapping[str, Any]) -> tup
         return dict(common), ()
     names = ", ".join(motors)
     if not content.get(MOTOR_IN_TORQUE, True):
-        return dict(common), (f"{names}: acts beside the recorded steer torque ({MOTOR_IN_TORQUE} = false)",)
+        return dict(common), (f"{names}: acts in addition to the recorded steer torque ({MOTOR_IN_TORQUE} = false)",)
     motorless = Model(model.bicycle, tuple(effect for effect in model.effects if effect.identifier not in motors))
     uncertainty = {key: sd for key, sd in common["uncertainty"].items() if key.split(".")[0] not in motors}
     note = (
-        f"{names}: left out of the base model, for the recorded steer torque is taken to hold what it gives; write "
+        f"{names}: removed from the base model, as the recorded steer torque is assumed to include it; write "
         f"{MOTOR_IN_TORQUE} = false where it does not, as in what `velotyre simulate` writes"
     )
     return {**common, "model": motorless, "uncertainty": uncertainty}, (note,)

@@ -1,9 +1,9 @@
-"""Effects that the base model lacks as candidates, terms without a cause, and the nuisances of the base model.
+"""Effects that the base model lacks as candidates, empirical terms, and the nuisances of the base model.
 
 Prior of a parameter that measures the size of an effect: normal about its neutral value, the upper end of its typical
 range being two sigma, cut off at its bounds. A neutral value at infinity makes the reciprocal (a compliance) the
 coordinate. Other parameters ("shape"): normal over the typical range as +-2 sigma, in the logarithm if the range spans
-more than a factor of three. Both wheels share one value; a stiffness in N/rad goes with the static load.
+more than a factor of three. Both wheels share one value; a stiffness in N/rad is proportional to the static load.
 """
 
 import math
@@ -26,8 +26,8 @@ from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.ground.errors import InputError, is_number, shown, unknown
 
 RIDDEN = 30.0  # kg of a rear frame that may hold a rider
-LEFT_OUT = "left out by request"
-NO_CAUSE = "no cause that could be named: it is fitted to what remains, after the verdict"
+LEFT_OUT = "excluded by request"
+NO_CAUSE = "an empirical term, never a name: it is fitted to the remainder after the verdict"
 SINGULAR = 1e-2  # smallest coordinate, in prior scales, if zero is singular
 
 
@@ -45,7 +45,7 @@ def find_candidates(
             continue
         requested = identifier in (*also, *stated_values)
         if not effect.nameable and requested and identifier not in without:
-            raise InputError(f"{identifier}: {NO_CAUSE}; it cannot be a candidate, take it out")
+            raise InputError(f"{identifier}: {NO_CAUSE}; it cannot be a candidate; remove it")
         replaced = next((e for e in model.effects if e.slot is not None and e.slot == effect.slot), None)
         why = LEFT_OUT if identifier in without else _refusal(model, effect, replaced, requested=requested)
         if why:
@@ -61,7 +61,7 @@ def find_candidates(
 def nobody_rides(model: Model) -> str:
     """Reason why a rider can do nothing here; empty if one may sit on the bicycle."""
     mass = model.bicycle["mB"]
-    return f"nobody rides: mB = {mass:g} kg is less than {RIDDEN:g} kg" if mass < RIDDEN else ""
+    return f"no rider: mB = {mass:g} kg is less than {RIDDEN:g} kg" if mass < RIDDEN else ""
 
 
 def _refusal(model: Model, effect: type[Effect], replaced: Effect | None, *, requested: bool) -> str | None:
@@ -71,7 +71,7 @@ def _refusal(model: Model, effect: type[Effect], replaced: Effect | None, *, req
     if (effect.powered or effect.on_request) and not requested:
         return f"{effect.on_request or 'a motor'}: tried on request, --with {effect.identifier}"
     if replaced is not None and len(effect.parameters) <= len(replaced.parameters):
-        return f"{replaced.identifier} of the base model already takes its place"
+        return f"{replaced.identifier} of the base model replaces it already"
     if effect.needs_rider and (why := nobody_rides(model)):
         return why
     needs = set(effect.requires) - {need for base_effect in model.effects for need in base_effect.provides}
@@ -149,7 +149,7 @@ def _middle(p: Parameter) -> float | None:
 
 
 def _unknown(p: Parameter, sets: dict[str, float], middle: float | None, *, limit: bool) -> UncertainParameter | None:
-    """Unknown of a parameter with its prior; None if its typical range leaves nothing to be fitted."""
+    """Unknown of a parameter with its prior; None if its typical range allows no fit."""
     low, high = p.typical
     if math.isinf(low) or math.isinf(high) or low == high:
         return None
@@ -243,7 +243,7 @@ def nuisances(model: Model, stated_sd: Mapping[str, float]) -> tuple[tuple[Uncer
     assumed = [key for key, deviation in deviations.items() if deviation.origin == ASSUMED]
     notes: tuple[str, ...] = ()
     if assumed:
-        notes = (f"no uncertainty given for {', '.join(assumed)}: documented defaults are used (1 sigma)",)
+        notes = (f"no uncertainty given for {', '.join(assumed)}: documented defaults are used (standard uncertainty)",)
     together = [key for key in model.covariance.names if key in deviations and deviations[key].sd > 0]
     correlations = model.covariance.among(together)
     if (correlations != np.diag(np.diag(correlations))).any():
@@ -282,12 +282,12 @@ def _check(stated_sd: Mapping[str, float], values: Mapping[str, float], model: M
         if name and absent in registry() and absent not in present:
             raise InputError(
                 f"[uncertainty]: unknown parameter {key!r}: the base model has no {absent}; if it is there, write "
-                f"[effects.{absent}] {name.partition('.')[0]} = VALUE beside [uncertainty] {key} = {shown(sd)}, and "
+                f"[effects.{absent}] {name.partition('.')[0]} = VALUE next to [uncertainty] {key} = {shown(sd)}, and "
                 f"take [candidates.{absent}] out, whose values are taken as exact; otherwise take {key} out of "
                 "[uncertainty]"
             )
         if key in UNUSED:
-            raise InputError(f"[uncertainty]: {key} has no part in lateral motion; take it out")
+            raise InputError(f"[uncertainty]: {key} does not affect lateral motion; remove it")
         entries = entries_of(key, values)
         if not entries:
             raise InputError(f"[uncertainty]: {unknown('parameter', key, set(values) - set(UNUSED))}")

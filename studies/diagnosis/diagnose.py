@@ -1,4 +1,4 @@
-"""Find where simulation and measurement disagree, name the missing effect, show the gap shrink."""
+"""Find where simulation and measurement disagree, name the missing effect, show the discrepancy shrink."""
 
 from dataclasses import dataclass
 
@@ -73,8 +73,8 @@ def diagnose(
         if not as_read and (wrong := preflight(kind)):
             raise InputError(
                 f"{measurement.name}: {', or '.join(wrong.readings)}? Read so, with the parameters alone, chi^2 falls "
-                f"from {wrong.before:.3g} to {wrong.after:.3g} a number; mend the data, or search them as they stand "
-                "with --as-read"
+                f"from {wrong.before:.3g} to {wrong.after:.3g} per data point; correct the data, or search them as "
+                "they are with --as-read"
             )
         judgement = (judge_quickly if quick else judge)(kind, progress=advance)
         effect_alone = fit_effect_alone(judgement)

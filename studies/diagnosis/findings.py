@@ -128,7 +128,7 @@ class Findings:
 
     @property
     def compares_effects(self) -> bool:
-        """An effect of some part is sized by this part and by the others."""
+        """An effect of some part is sized by this part and by the other parts."""
         return any(part.effects for part in self.parts)
 
     @property

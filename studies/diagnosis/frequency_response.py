@@ -446,7 +446,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
     def assumptions(self) -> tuple[str, ...]:
         linear = self.model.linear_model()
         unstable = [v for v in np.unique(self.speeds).tolist() if linear.eigenvalues(v).real.max() > 0]
-        independence = ("the noise of different frequencies, outputs and speeds counts as independent",)
+        independence = ("the noise of different frequencies, outputs and speeds is treated as independent",)
         return (*independence, HELD.format(", ".join(f"{v:g}" for v in unstable))) if unstable else independence
 
     # ---- physics ----

@@ -219,7 +219,7 @@ class Histories(BicycleKind, kind="histories"):
         return torque_sizes
 
     def _settle_torque_size(self, torque: Candidate, torque_sizes: dict[str, TorqueSize]) -> dict[str, TorqueSize]:
-        """Copy of ``torque_sizes``, that of ``torque`` estimated anew after fits with it, until its sd falls by < 40 %.
+        """Copy of ``torque_sizes``, that of ``torque`` estimated again after a fit with it, until its sd falls < 40 %.
 
         A base model that is far off leaves much that is no torque of the ride: the first estimates are too large.
         """
@@ -305,7 +305,7 @@ class Histories(BicycleKind, kind="histories"):
         """Whitened residual (measured minus computed) of each run at ``theta`` (p,), initial states integrated out."""
 
         def integrate() -> Marginal:
-            """Integrate the initial states out anew, as :meth:`_integrate_starts` remembers it."""
+            """Integrate the initial states out again, as :meth:`_integrate_starts` remembers it."""
             forced, free = self._replay.free(family, theta)
             white = self._whiten((self._measured - forced)[..., None])
             return self._integrate_out(free, white, candidates, start_sd(family))

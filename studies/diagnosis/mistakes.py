@@ -1,8 +1,8 @@
-"""Possible mistakes of sensors and files as candidates, sensors of harmonic motion, and dry friction of the steering.
+"""Possible errors of sensors and files as candidates, sensors of harmonic motion, and dry friction of the steering.
 
-A candidate of this kind is a mistake, not a thing that the bicycle has. Its prior weight is below that of an ordinary
-candidate, for a laboratory looks for such mistakes before it publishes. Recorded signals lag: delays and time constants
-are zero or positive. A torque counts as an actuator's: it acts when it was commanded, or later.
+A candidate of this kind is a measurement error, no effect of the bicycle. Its prior weight is below that of an ordinary
+candidate, for a laboratory looks for such errors before it publishes. Recorded signals lag: delays and time constants
+are zero or positive. A torque is treated as an actuator's: it acts when it was commanded, or later.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,13 +30,13 @@ DECAY_SCALE, DECAY_OFFSET, CLOCK = (f"measurement.{name}" for name in ("decay_sc
 SLOWS, REFERENCE = "measurement.deceleration", "measurement.reference"
 SENSOR, FILE = 0.5, 0.2  # prior weights (judgements): a calibration, a geometry beyond its stated uncertainty
 GEOMETRY = {"wrong_tilt": ("lam", "rad", 0.05, 2e-3, "steer axis tilt"), "wrong_trail": ("c", "m", 0.02, 1e-3, "trail")}
-"""Candidate: key of the bicycle, unit, prior sd, least size if the file states no uncertainty, and its name."""
+"""Candidate: key of the bicycle, unit, prior sd, smallest size if the file states no uncertainty, and its name."""
 
 
 def error(
     name: str, unit: str, key: str, scale: float, *, least: float, lowest: float | None = None
 ) -> UncertainParameter:
-    """Size of a mistake under ``key``, of sd ``scale``, worth a name from ``least``; bounds are ten sd by default."""
+    """Size of an error under ``key``, of sd ``scale``, worth a name from ``least``; bounds are ten sd by default."""
     low = -10 * scale if lowest is None else lowest
     return UncertainParameter(name, unit, {key: 1.0}, 0.0, scale, low, 10 * scale, size=True, least=least)
 
@@ -46,7 +46,7 @@ Sizes = UncertainParameter | tuple[UncertainParameter, ...]
 
 
 def mistake(identifier: str, sizes: Sizes, title: str, words: str = "", family: str = "") -> Candidate:
-    """Candidate for one mistake of a sensor, of one size or several; its ``title`` says what its ``words`` would."""
+    """Candidate for one error of a sensor, of one size or several; its ``title`` says what its ``words`` would."""
     unknowns = sizes if isinstance(sizes, tuple) else (sizes,)
     title, words = title.replace("_", " "), words.replace("_", " ")
     return Candidate(
@@ -57,11 +57,9 @@ def mistake(identifier: str, sizes: Sizes, title: str, words: str = "", family: 
 def gain_error(sensor: str, signal: str, *, reference: str = "") -> Candidate:
     """Wrong scale of a ``sensor`` whose ``signal`` is multiplied by 1 + scale: 10 %, worth a name from 0.2 %."""
     size = replace(error("scale", "1", GAIN.format(signal), 0.1, least=0.002), power=0, relative=True)
-    more = f" beside the {reference}" if reference else ""
+    more = f" relative to the {reference}" if reference else ""
     title = f"wrong gain of the {sensor}"
-    return mistake(
-        f"{sensor}_scale", size, title, f"the {sensor} reads too much or too little{more} by a constant factor"
-    )
+    return mistake(f"{sensor}_scale", size, title, f"the {sensor} reads wrong{more} by a constant factor")
 
 
 def delay_error(sensor: str, signal: str) -> Candidate:
@@ -112,8 +110,8 @@ def coasting() -> Candidate:
     """Speed that falls along a run; the recorded one is that after the share ``reference`` of it."""
     slows = error("deceleration", "m/s^2", SLOWS, 0.3, least=0.02)
     reference = UncertainParameter("reference", "1", {REFERENCE: 1.0}, 0.4, 0.2, 0.0, 1.0)
-    words = "the speed falls steadily along each run"
-    return mistake("coast_down", (slows, reference), "speed that falls along the runs", words)
+    words = "the speed decreases steadily along each run"
+    return mistake("coast_down", (slows, reference), "speed that decreases along the runs", words)
 
 
 def speed_errors(speeds: Sequence[float]) -> tuple[Candidate, ...]:
@@ -123,14 +121,14 @@ def speed_errors(speeds: Sequence[float]) -> tuple[Candidate, ...]:
     candidates = [mistake("speed_scale", scale, "wrong scale of the speed", words)]
     if len(set(speeds)) > 1:
         offset = error("offset", "m/s", SPEED_OFFSET, 0.1, least=0.01, lowest=-min(1.0, 0.5 * min(speeds)))
-        words = "the true speed is the recorded one and a constant more"
+        words = "the true speed is the recorded one plus a constant"
         candidates.append(mistake("speed_offset", offset, "constant error of the speed", words))
     return tuple(candidates)
 
 
 def one_speed(speeds: Sequence[float]) -> dict[str, str]:
     """Reason why an offset of the speed is not tried at ``speeds``, m/s; empty if it is."""
-    return {} if len(set(speeds)) != 1 else {"speed_offset": "one speed: an offset is a scale there, see speed_scale"}
+    return {} if len(set(speeds)) != 1 else {"speed_offset": "one speed: an offset equals a scale, see speed_scale"}
 
 
 def geometry_errors(
@@ -184,7 +182,7 @@ def identification_errors() -> tuple[Candidate, ...]:
             "decay_scale",
             error("scale", "1", DECAY_SCALE, 0.1, least=0.01),
             "biased identification of decays",
-            "every identified decay is too large or too small by one factor",
+            "all identified decays are wrong by one factor",
         ),
         mistake(
             "decay_offset",
@@ -275,7 +273,7 @@ def apply_sensor(
 
 
 def friction_candidate() -> Candidate:
-    """Dry friction of the steering, which is no mistake of a sensor."""
+    """Dry friction of the steering, which is no error of a sensor."""
     torque = error("torque", "N m", FRICTION, 0.5, least=0.02, lowest=0.0)
     return Candidate(
         "steer_friction",

@@ -291,8 +291,8 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
 
 
 PAIRING = (
-    "each measured mode is compared with the nearest root of the model, whatever it is called: a real root counts as "
-    "three times as far from one that oscillates, and no two modes at one speed have the same root"
+    "each measured mode is compared with the nearest root of the model, whatever it is called: the distance of a real "
+    "root from an oscillatory one is tripled, and no two modes at one speed have the same root"
 )
 LEAN = "lean_of_ratios"  # the signal that all ratios are divided by
 
@@ -473,13 +473,13 @@ class Modal(BicycleKind, kind="modal"):
     def _count_other_roots(self, final: Fit) -> dict[str, str]:
         """End of a sentence, by mode: how many of its rows the ``final`` model compares with a root of another name."""
         if any(c.effect is None for c in final.candidates):  # an error moves what is measured away from the root
-            return dict.fromkeys(
-                (p.mode for p in self.points), "it is not known, for an error of the measurement is in it"
-            )
+            return dict.fromkeys((p.mode for p in self.points), "it is not known, as it contains a measurement error")
         try:
             model = with_values(self.corrected_model(final), self.model, final)
         except InputError:
-            return dict.fromkeys((p.mode for p in self.points), "it is not known, for its values make no bicycle")
+            return dict.fromkeys(
+                (p.mode for p in self.points), "it is not known, as its values are physically impossible"
+            )
         roots = self._predict_points(final.candidates, final.theta, slopes=False)[0][:, 0]
         return {other.mode: f"{other.rows} are" for other in find_other_roots(self.points, roots, model)}
 

@@ -64,7 +64,7 @@ def read_modal_columns(
 ) -> tuple[Columns, list[str]]:
     """Read a modal table: columns ``numbers`` (in SI) and ``texts``, however they are headed, and notes.
 
-    ``needed`` columns must be there, or an InputError says so; cells are checked. ``units`` are the SI units
+    ``needed`` columns must be there, else an InputError names them; cells are checked. ``units`` are the SI units
     of further columns, the parameters of effects.
     """
     header = read_cells(path, kind=KIND, example=", ".join(needed)).header
@@ -156,18 +156,18 @@ def _roots(si: Mapping[str, Array], column: Mapping[str, str], path: Path) -> tu
     sd = si.get("imag_sd_rad_s" if way == "imag_rad_s" else f"{way}_sd")
     if "damping_ratio" not in si:
         if way == "natural_frequency":
-            raise InputError(f"{path}: {column[way]} needs a column damping_ratio beside it")
+            raise InputError(f"{path}: {column[way]} needs a column damping_ratio")
         if way != "frequency":
             return {}, notes
         return {"imag_rad_s": si[way]} | ({} if sd is None else {"imag_sd_rad_s": sd}), notes
     if "real_1_s" in si:
         raise InputError(f"{path}: {column['damping_ratio']} and {column['real_1_s']} give the same; keep one")
     if not way:
-        raise InputError(f"{path}: {column['damping_ratio']} needs a column frequency or natural_frequency beside it")
+        raise InputError(f"{path}: {column['damping_ratio']} needs a column frequency or natural_frequency")
     ratio, ratio_sd, frequency = si["damping_ratio"], si.get("damping_ratio_sd"), si[way]
     if (np.abs(ratio) >= 1).any() or (frequency[np.isfinite(ratio)] == 0).any():
         raise InputError(
-            f"{path}: {column['damping_ratio']} must lie between -1 and 1 (of % write damping_ratio [%]), beside a "
+            f"{path}: {column['damping_ratio']} must lie between -1 and 1 (in % write damping_ratio [%]), with a "
             "frequency above 0; a root without oscillation has real [1/s] alone"
         )
     imaginary_share = np.sqrt(1 - ratio**2)  # imaginary part over |root|

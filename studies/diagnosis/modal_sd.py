@@ -93,7 +93,7 @@ def _sd_of_part(points: tuple["ModalPoint", ...], part: int, *, stated: bool) ->
         for place in scatter.aside:
             point = points[rows[place]]
             notes.append(
-                f"{name}: the {point.label} at {point.speed:g} m/s lies far outside the scatter of its repeats; it "
+                f"{name}: the {point.label} at {point.speed:g} m/s is outside the scatter of its repeats; it "
                 f"alone is widened, to {sd[rows[place]]:.3g}"
             )
     return sd, notes

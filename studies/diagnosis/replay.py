@@ -246,7 +246,7 @@ class Replay:
     ) -> tuple[Driven, SpeedChange]:
         """Equations at the speed in the middle of each run, and their change about it, of second order in the speed.
 
-        ``speeds`` (R,), m/s, as recorded: they are those after the share mistakes.REFERENCE of the run.
+        ``speeds`` (R,), m/s, as recorded: they are those after the share ``REFERENCE`` of the run.
         """
         durations = np.array([run.time[-1] - run.time[0] for run in self.runs])
         deceleration = values[mistakes.SLOWS]  # (K, 1), m/s^2

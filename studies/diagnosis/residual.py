@@ -1,7 +1,7 @@
-"""The unmodelled torque: what could not be named, fitted as a torque that is linear in the state, with its covariance.
+"""The unmodelled torque: the unexplained remainder as a torque linear in the state, with its covariance.
 
 The parameters of the bicycle and of the named effects float under their priors. Terms are chosen on the linearised
-problem, fitted with the full model, and chosen anew about that fit until they stay. The torque is never a name.
+problem, fitted with the full model, and chosen again about that fit until they stay. The torque is never a name.
 """
 
 import math
@@ -117,7 +117,7 @@ def _coordinates(about: Fit, joined: tuple[Candidate, ...]) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Selector:
-    """Search over the number of terms of each pair; ``floating`` columns of ``linear`` stand before the terms."""
+    """Search over the number of terms of each pair; ``floating`` columns of ``linear`` precede the terms."""
 
     linear: Linear
     floating: int  # how many
@@ -304,20 +304,18 @@ def fit_residual(diagnosis: Diagnosis) -> Residual | None:
     if not diagnosis.verdict.leaves_more or kind.model is None:
         return None
     if any(effect.identifier == EFFECT for effect in kind.model.effects):
-        raise InputError(f"the base model has [effects.{EFFECT}] already; take it out to fit it anew")
+        raise InputError(f"the base model has [effects.{EFFECT}] already; remove it to fit it again")
     if len(np.unique(kind.rows.fold)) < 2:
-        raise InputError("all data are of one run: none can be left out to tell a torque from a good fit")
+        raise InputError("all data are of one run, so none can be held out to test a torque")
     if not len(kind.speeds):
-        raise InputError(
-            "a torque over state and speed is fitted to motion alone, not to a bench test or a tyre on a rig"
-        )
+        raise InputError("a torque of state and speed needs motion, not a bench test or a tyre on a rig")
     scale = SpeedScale.of(kind.speeds)
     best = _choose_and_fit(kind, named_fit, scale)
     before = held_out(kind, named_fit)
     degrees = _degrees(best)
     while True:  # until the full model keeps what the linearised problem promised
         if not degrees:
-            raise InputError("no torque that is linear in the state improves the prediction of data left out")
+            raise InputError("no torque that is linear in the state improves the prediction of held-out data")
         if degrees != _degrees(best):
             best = _fit_terms(kind, best, degrees, scale)
         linear = linearise(kind, best, scale)

@@ -1,4 +1,4 @@
-"""The unmodelled torque as coefficients over speed, with what the data leave open."""
+"""The unmodelled torque as coefficients over speed, with their uncertainty."""
 
 from pathlib import Path
 
@@ -8,8 +8,8 @@ from studies.diagnosis.residual import STATES, TORQUES, Residual
 from studies.reporting.plotting import drawing, look
 
 CAPTION = (
-    "What could not be named, as a torque proportional to each state, over the measured speeds, with 95 % bands; thin "
-    "lines: terms held at zero, with what the data leave open."
+    "Unmodelled torque, as a torque proportional to each state, over the measured speeds, with 95 % bands; thin "
+    "lines: terms held at zero, with their uncertainty."
 )
 
 

@@ -1,4 +1,4 @@
-"""Torques of a ride that nobody recorded: pedalling, a rider who sways, gusts. Each run has its own course of them.
+"""Unrecorded torques of a ride: pedalling, a rider who sways, gusts. Each run has its own course of them.
 
 Each is a normal process, whose course in a run is integrated out like an initial state. Its standard deviation is the
 most probable one (empirical Bayes), like that of the noise.
@@ -15,7 +15,7 @@ from studies.inference.parameter import Candidate
 from tyre.ground.arrays import Array
 
 RIDING = "riding."
-FAMILY = "a torque of the rider or the wind that was not recorded"
+FAMILY = "an unrecorded torque of the rider or the wind"
 PUSHES = ("lean_torque", "steer_torque", "lateral_push")
 # By what each of two independent courses pushes: the rider leans, and a share (trail times a force) acts at the
 # steering; the wind pushes the mass centre, and a share is a lean torque, for its point of attack is not known.
@@ -42,7 +42,7 @@ TITLES = {
 WORDS = {
     "pedalling": "a periodic lean torque, as of pedalling, between 0.7 and 2 Hz",
     "rider_sway": "a lean torque that changes slowly, as of a rider who sways",
-    "side_gusts": "a side force that changes at random within a second, as of gusts or a rough road",
+    "side_gusts": "a random side force of the air or the road, correlated within a second",
 }
 NODES, KEPT = 200, 0.995  # at which a process is known, share of its variance that is kept
 RATIOS = np.geomspace(0.3, 30.0, 6)  # trial sizes of the second course, in shares of SHARES

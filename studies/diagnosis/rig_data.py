@@ -125,7 +125,7 @@ class SweepBlocks(Reduced):
 
 @dataclass(frozen=True, eq=False)
 class PullReadings(Reduced):
-    """One static pull."""
+    """One lateral stiffness test."""
 
     displacement: Array  # (n,), m
     force: Array  # N
@@ -147,7 +147,7 @@ def reduce_sweep(name: str, run: RigRun) -> tuple[SweepBlocks, tuple[str, ...]]:
     notes = [f"{name}: {fault}" for fault in fitted.sensor_faults]
     if stride > 1:
         notes.append(
-            f"{name}: one block of {stride} is compared ({len(compared)} of {len(used)}); neighbours tell the same"
+            f"{name}: one block of {stride} is compared ({len(compared)} of {len(used)}); neighbours are redundant"
         )
     slip = _smooth(blocks)
     return SweepBlocks(
@@ -200,7 +200,7 @@ def _noise(fitted: SlipSweepFit, slip: Array, compared: NDArray[np.intp]) -> AR1
 
 
 def reduce_pull(name: str, test: LateralStiffnessTest, *, plate: bool) -> PullReadings:
-    """Readings of a pull over the tyre's own displacement, or over that of the plate."""
+    """Readings of a lateral stiffness test over the tyre's own displacement, or over that of the plate."""
     fitted = fit_lateral_stiffness(test)
     good = np.isfinite(test.lateral_force) & np.isfinite(test.tyre_deflection)
     displacement = (test.plate_displacement if plate else test.tyre_deflection)[good]
@@ -246,7 +246,7 @@ PHENOMENOLOGICAL = (
         needs=needs_pull,
     ),
 )
-"""Terms without a cause."""
+"""Empirical terms."""
 
 
 def rig_nuisances(

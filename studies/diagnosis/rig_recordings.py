@@ -1,7 +1,7 @@
-"""Recordings of a tyre rig compared with what was known of the tyre: lateral force of slip sweeps, and of static pulls.
+"""Recordings of a tyre rig compared with a known tyre: lateral force in slip sweeps and lateral stiffness tests.
 
 Base model: the reference's Magic Formula without lag or offset, F = D sin(C atan(B x - E (B x - atan(B x)))), and a
-straight pull F = K x on a rigid rim. Candidates are the terms of the rig effects in :mod:`tyre.rig.effects`.
+linear stiffness F = K x on a rigid rim. Candidates are the terms of the rig effects in :mod:`tyre.rig.effects`.
 """
 
 from collections import defaultdict
@@ -268,7 +268,7 @@ class RigRecordings(TyreKind, kind="rig"):
         return np.stack([np.broadcast_to(np.asarray(x, float), count) for x in terms], axis=1)
 
     def simulate_pull(self, pull: PullReadings, values: Values) -> Array:
-        """Force of a pull (K, n), N: F = K x (1 - bend |x|/x_max) in series with the rim, and terms of effects."""
+        """Force of such a test (K, n), N: F = K x (1 - bend |x|/x_max) in series with the rim, and terms of effects."""
         curve = self.curve(pull.condition)
         assert curve.lateral_stiffness is not None
         v, count = _with_zeros(values)
@@ -378,7 +378,7 @@ class RigRecordings(TyreKind, kind="rig"):
         return tuple(proposals)
 
     def _rim_gauge(self, candidates: Candidates, theta: Array) -> Prediction:
-        """Movement (1,), m, of rim and fixture in the hardest pull, and its derivatives."""
+        """Movement (1,), m, of rim and fixture at the largest force, and its derivatives."""
         values, steps = self._batch(candidates, theta, slopes=True)
         terms = PullTerms(np.zeros(1))
         for term in self.terms:
@@ -511,7 +511,7 @@ def _files(source: Any, folder: Path) -> list[tuple[str, Path]]:
 def _recordings(
     files: list[tuple[str, Path]], load_tolerance: float, *, skip_bad: bool
 ) -> tuple[tuple[tuple[str, RigRun], ...], tuple[tuple[str, LateralStiffnessTest], ...], tuple[str, ...]]:
-    """Read all usable sweeps and pulls with their names, and notes; with ``skip_bad`` the others are notes."""
+    """Read all usable sweeps and stiffness tests by name, and notes; with ``skip_bad`` the others are notes."""
     sweeps: list[tuple[str, RigRun]] = []
     pulls: list[tuple[str, LateralStiffnessTest]] = []
     notes: list[str] = []

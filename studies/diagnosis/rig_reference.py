@@ -273,7 +273,7 @@ def _campaign(path: Path, drum: float | None) -> Reference:
 
 
 def _read_curves(rows: list[Any]) -> Reference:
-    """Reference from the values in the measurement file itself, one curve a condition."""
+    """Reference from the values in the measurement file itself, one curve per condition."""
     curves: list[Curve] = []
     for row in rows:
         location = f"[[rig.reference.conditions]] number {len(curves) + 1}"

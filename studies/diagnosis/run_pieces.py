@@ -53,7 +53,7 @@ def average_blocks(
         channels = [run.channels[name] for run in runs if name in run.channels]
         sd_of_means[name] = ChannelNoise(sd).sd_of_means(channels, count)
     means = tuple(average_samples(run, count, held=held) for run in runs)
-    note = f"means of {count} samples ({means[0].step:.2g} s) stand for the samples, which loses next to nothing"
+    note = f"means of {count} samples ({means[0].step:.2g} s) replace the samples"
     return means, sd_of_means, [note]
 
 

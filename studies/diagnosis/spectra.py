@@ -75,11 +75,11 @@ def responses_of_runs(
         if lines := responses[-1].spectrum.lines:
             notes.append(
                 f"{speed:g} m/s: {describe_signal(reference or source)} is made of {lines} lines, as a multisine is; "
-                "the response is told at these alone, from whole recordings, and --segment is not used"
+                "the response is given at these only, from full recordings; --segment is not used"
             )
         if left_out := responses[-1].spectrum.left_out:
             notes.append(
-                f"{speed:g} m/s: left out {left_out} frequenc{'ies' if left_out > 1 else 'y'} at which "
+                f"{speed:g} m/s: omitted {left_out} frequenc{'ies' if left_out > 1 else 'y'} at which "
                 f"{reference or source} hardly moves {'the ' + describe_signal(source) if reference else 'anything'}"
             )
     if not reference and not all(

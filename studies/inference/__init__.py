@@ -1,7 +1,7 @@
 """Which of many candidate parameters is missing from a model: knows numpy and scipy, and nothing of bicycles.
 
-A forward model says what floats (``nuisances``), what may be missing (``candidates``), where its data stand (``rows``)
-and how far they are from what it computes (``residual``); :func:`judge` says what is missing, or that nothing is.
+A forward model states what floats (``nuisances``), what may be missing (``candidates``), where its data are (``rows``)
+and how far they are from what it computes (``residual``); :func:`judge` decides what is missing, or that nothing is.
 """
 
 from studies.inference.acceptance import ACCEPTANCE_RULES, AcceptanceCheck

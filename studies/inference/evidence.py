@@ -1,4 +1,4 @@
-"""Evidence of a fit: held-out score, goodness of fit, whiteness, what is left over, how far nuisances went."""
+"""Evidence of a fit: held-out score, goodness of fit, whiteness, what empirical terms explain, parameter shifts."""
 
 import math
 from collections.abc import Sequence
@@ -15,15 +15,15 @@ from studies.inference.parameter import Array, Candidate
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Prediction of data left out of the fit."""
+    """Prediction of held-out data."""
 
-    log_score: float  # ln of the predictive density of what was left out, summed over the folds
+    log_score: float  # ln of the predictive density of held-out data, summed over the folds
     residual: Array  # (n,), whitened, of each row as its own fold's fit predicts it
     possible: bool = True  # false if there is one fold only: the residual is then that of the fit to everything
 
     @property
     def count(self) -> int:
-        """How many numbers were left out."""
+        """Number of held-out data points."""
         return len(self.residual)
 
     @property
@@ -52,7 +52,7 @@ def folds(group: Sequence[str], place: ArrayLike, repeat: Sequence[str]) -> NDAr
 
 
 def held_out(kind: Kind, hypothesis: Fit) -> HeldOut:
-    """Refit with each fold left out and score what was left out, its predictive covariance included."""
+    """Refit without each fold and score the held-out fold, its predictive covariance included."""
     score, residual = 0.0, np.zeros(len(kind.rows.places))
     numbers = np.unique(kind.rows.fold)
     if len(numbers) == 1:
@@ -103,9 +103,9 @@ def _upper_tail_p(statistic: float, mean: float, variance: float) -> float:
 
 
 def left_over(kind: Kind, hypothesis: Fit) -> tuple[float, str] | None:
-    """P(larger) of what terms without a cause would still explain, and the one that would explain most.
+    """P(larger) of what empirical terms still explain of the residuals, and the one that explains most.
 
-    A cause that the library lacks is often imitated well enough for the sum of squares, which is spread over all rows;
+    A cause missing in the library is often imitated well enough for the sum of squares, which is spread over all rows;
     the terms ask in few directions. Score test (Rao 1948, Proc. Cambridge Philosophical Society 44, 50-57): the slopes
     T of the residual r at zero size, s = T' r, whose covariance is T' (1 - J P J') T where the hypothesis, with slopes
     J and posterior covariance P, is true. Asked of all terms together and of each, by Bonferroni. None if there is no

@@ -46,7 +46,7 @@ class End:
 
 
 def negligible_decrease(objective: float) -> float:
-    """Decrease of an ``objective`` (a sum of squares) that counts as none."""
+    """Decrease of an ``objective`` (a sum of squares) that is treated as none."""
     return max(1e-3, 1e-5 * objective)
 
 
@@ -310,7 +310,7 @@ class Fit:
         ]
 
     def effects_within_sd(self) -> list[str]:
-        """Identifiers of candidates none of whose sizes exceeds its standard deviation, a misfit counted as noise."""
+        """Identifiers of candidates none of whose sizes exceeds its standard deviation, a misfit treated as noise."""
         spread = np.sqrt(np.maximum(self.covariance.diagonal(), 0.0) * self.misfit)
         names = []
         for c in self.candidates:
@@ -326,7 +326,7 @@ class Fit:
 
     @property
     def seldom_count(self) -> int:
-        """Number of candidates with a size that seldom occurs."""
+        """Number of candidates of a rare size."""
         return len({name.split(".")[0] for name in self.sizes_beyond_usual()})
 
     @property

@@ -1,7 +1,7 @@
 """Several measurements as one: common nuisances and effects, and errors of its own for each part.
 
-Evidence adds up: parts are independent given the coordinates, so residuals stand below each other and logarithms of
-determinants add. A mistake of one part's sensors is named ``part/candidate``. Parts may be of several things: whatever
+Evidence adds up: parts are independent given the coordinates, so residuals are stacked and logarithms of
+determinants add. An error of one part's sensors is named ``part/candidate``. Parts may be of several things: whatever
 these do not share is named ``thing/name``.
 """
 

@@ -226,11 +226,11 @@ class Kind:
         return ()
 
     def empirical_terms(self) -> Candidates:
-        """Terms without a physical cause that can mimic an unknown one, each as a candidate."""
+        """Empirical terms that can mimic an unknown effect, each as a candidate."""
         return ()
 
     def directions(self) -> Candidates:
-        """Terms of one size and either sign as candidates: what a hypothesis leaves is tested for each of them."""
+        """Terms of one size and either sign as candidates: residuals of a hypothesis are tested for each of them."""
         return ()
 
     def easier_problems(self) -> tuple["Kind", ...]:

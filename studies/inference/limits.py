@@ -1,7 +1,7 @@
 """Upper limits (95 %) of effects that were not named: what could still be there, the final hypothesis being right.
 
 Laplace: the size of an effect is normal about its optimum, cut off at its bounds. If the data push a one-sided size
-against zero, that optimum lies beyond the bound, and what is left is the tail of the normal distribution.
+against zero, that optimum lies beyond the bound, and the posterior is the tail of the normal distribution.
 """
 
 import math

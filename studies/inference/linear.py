@@ -75,7 +75,7 @@ def _add_sums(parts: Iterable[Sums]) -> Sums:
 
 
 def _log_density(sums: Sums, columns: NDArray[np.intp], sd: Array | None = None) -> float:
-    """ln N(y; 0, 1 + A A') by the matrix inversion lemma; minus infinity if a motion runs away beyond numbers."""
+    """ln N(y; 0, 1 + A A') by the matrix inversion lemma; minus infinity if a motion diverges beyond numbers."""
     gram, push, square, count = sums
     scale = np.ones(len(columns)) if sd is None else sd
     inner = np.eye(len(columns)) + gram[np.ix_(columns, columns)] * np.outer(scale, scale)

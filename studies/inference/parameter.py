@@ -51,7 +51,7 @@ class UncertainParameter:
         if not self.least >= 0:
             raise ValueError(f"{self.name}: least = {self.least:g} must be 0 or more; it is a size")
         if not self.scale > 0:
-            raise ValueError(f"{self.name}: scale = {self.scale:g} must be above 0; leave out what does not float")
+            raise ValueError(f"{self.name}: scale = {self.scale:g} must be above 0; omit what does not vary")
         if not self.lowest < self.highest:
             raise ValueError(f"{self.name}: nothing lies between the bounds {self.lowest:g} and {self.highest:g}")
         if self.relative and self.power != 0:
@@ -115,7 +115,7 @@ class Candidate:
 
     @property
     def mistake(self) -> bool:
-        """It is a mistake of a sensor or of a file, which has a weight below one."""
+        """It is an error of a sensor or of a file, which has a weight below one."""
         return self.weight < 1
 
     @property
@@ -124,7 +124,7 @@ class Candidate:
         return any(u.size and u.power == -1 for u in self.unknowns)
 
     def with_wider_prior(self) -> "Candidate":
-        """Copy with a wider prior of the sizes, for sizes that seldom occur."""
+        """Copy with a wider prior of the sizes, for rare sizes."""
         wide = RULES.unusual
         unknowns = (replace(u, scale=wide * u.scale, widened=wide * u.widened) if u.size else u for u in self.unknowns)
         return replace(self, unknowns=tuple(unknowns))

@@ -27,7 +27,7 @@ class Compared:
 
     @property
     def difference(self) -> float:
-        """Value by the part less that by the others, in standard deviations of this difference."""
+        """Value by the part less that by the other parts, in standard deviations of this difference."""
         return (self.own - self.rest) / float(np.hypot(self.own_sd, self.rest_sd))
 
 
@@ -82,7 +82,7 @@ def disagreement(joint: Fit, rows: slice) -> tuple[float, float]:
     derivatives and residuals of these rows and A^-1 the covariance without them. What these rows then leave along the
     singular vectors of J A^(-1/2) is independent, of variance 1 + s^2, where s is the singular value: one by one they
     are tested, the largest by the probability that none of as many is larger (Sidak 1967, J. Am. Stat. Ass. 62). In
-    posterior sd the others count as knowing each direction at least 1e-9 as well as the best: less is rounding.
+    posterior sd the others are treated as knowing each direction at least 1e-9 as well as the best: less is rounding.
     """
     j, r = joint.jacobian[rows], joint.residual[rows]
     if not (np.isfinite(j).all() and np.isfinite(r).all()):

@@ -13,10 +13,10 @@ FEW = (4, 4)
 
 @dataclass(frozen=True)
 class Misread:
-    """A reading in which the data fit far better: sums of squares a number as they stand, and so read."""
+    """A reading in which the data fit far better: sums of squares per data point as stated, and so read."""
 
     readings: tuple[str, ...]  # those that do about as well, the best first
-    before: float  # objective per number of data, as they stand
+    before: float  # objective per data point, as stated
     after: float  # the same, in the best reading
 
 
@@ -34,7 +34,7 @@ def preflight(kind: Kind) -> Misread | None:
     if best > RULES.misread * count and any(
         _objective_of_short_fit(kind, effect) < best for effect in kind.library if not effect.absorbs
     ):
-        return None  # the reading leaves a gap, and an effect explains the data as they stand better
+        return None  # the reading does not fit, and an effect explains the data as stated better
     readings = sorted((value, reading) for reading, value in objectives.items() if value < RULES.as_well * best)
     return Misread(tuple(reading for _, reading in readings), before / count, best / count)
 

@@ -1,7 +1,7 @@
 """The quick search: plain least squares over single effects, and Schwarz's criterion (BIC).
 
 What the criterion calls alike is one class: a difference of two is "not worth more than a bare mention" (Kass & Raftery
-1995, J. Am. Stat. Ass. 90, 773-795). Nothing is held out, no two effects are tried together, and no rule of the whole
+1995, J. Am. Stat. Ass. 90, 773-795). Nothing is held out, no two effects are tried together, and no rule of the full
 search but bounds and sizes is asked.
 """
 

@@ -43,7 +43,7 @@ class Hypotheses:
         """Log evidence of a ``hypothesis`` plus its log prior, without the constant that all share.
 
         The null has 1/2, sets of k effects have 1/2^k together, shared by the products of their weights; an effect of a
-        size that seldom occurs costs the factor RULES.seldom more.
+        rare size costs the factor RULES.seldom more.
         """
         k = len(hypothesis.candidates)
         if not k:
@@ -175,7 +175,7 @@ def fit_hypothesis(
 ) -> Fit:
     """Fit a hypothesis from ``starts`` (p,), with a wider prior of one effect's sizes where that is more probable.
 
-    The wider prior, for sizes that seldom occur, is tried if exactly one effect ended beyond the sizes that occur.
+    The wider prior, for rare sizes, is tried if exactly one effect ended beyond the usual sizes.
     ``turns`` are the limits of iterations, as of :func:`_iteration_limits`.
     """
     usual_fit = fit(kind, candidates, starts=starts, turns=turns)
@@ -326,7 +326,7 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
 def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit | None]:
     """Enlarge the best hypothesis by one effect at a time while odds clearly gain, then drop those not needed.
 
-    The noise is estimated anew where a larger hypothesis explains some of it. Returns all hypotheses and their leader,
+    The noise is estimated again where a larger hypothesis explains some of it. Returns all hypotheses and their leader,
     None if P(nothing is missing) is RULES.nothing or more.
     """
     hypotheses = _retry_soft_joints(_converge_leaders(hypotheses))
@@ -358,7 +358,7 @@ def search(hypotheses: Hypotheses, progress: Progress) -> tuple[Hypotheses, Fit 
 
 
 def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
-    """Choose fits to enlarge, all of as many effects: the leader, its best nameable rivals, and the most probable."""
+    """Choose fits to enlarge, all of as many effects: the leader, its best nameable alternatives, the most probable."""
     same_size = hypotheses.rank(len(leader.candidates))
     nameable = _filter_nameable(hypotheses.kind, same_size)
     parents = list(dict.fromkeys([leader, *nameable]))[: RULES.beam]
@@ -372,7 +372,7 @@ def _choose_parents(hypotheses: Hypotheses, leader: Fit) -> list[Fit]:
 def refine_on_all_data(
     kind: Kind, preliminary: Hypotheses, leader: Fit | None, progress: Progress
 ) -> tuple[Hypotheses, Fit | None]:
-    """Refit the ``leader`` and its rivals, and the noise, to all data of a ``kind``, and search on from there.
+    """Refit the ``leader`` and its alternatives, and the noise, to all data of a ``kind``, and search on from there.
 
     ``preliminary`` hypotheses and leader were fitted to a part of the data. Returns all hypotheses and their leader,
     None if P(nothing is missing) is RULES.nothing or more.
@@ -464,7 +464,7 @@ def _filter_nameable(kind: Kind, fits: Iterable[Fit]) -> list[Fit]:
 
 
 def _explains_at_unusual_size(kind: Kind, f: Fit) -> bool:
-    """True if exactly one effect of ``f`` has a size that seldom occurs, it fits the data, and residuals are white."""
+    """True if exactly one effect of ``f`` has a rare size, it fits the data, and residuals are white."""
     return f.seldom_count == 1 and f.fits_data and whiteness(kind, f) > RULES.poor_fit
 
 

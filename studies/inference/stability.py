@@ -1,7 +1,7 @@
-"""Stability of a verdict when what it rests on is a little different: noise, priors, a speed or a channel less.
+"""Stability of a verdict under small changes: noise, priors, a speed or a channel less.
 
-Each variant is judged anew on the same data, with the candidates of the leading hypotheses only. Their prior stays that
-of the whole library. The noise is that of the first judgement, times the variant's factor.
+Each variant is judged again on the same data, with the candidates of the leading hypotheses only. Their prior is
+that of the full library. The noise is that of the first judgement, times the variant's factor.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -26,7 +26,7 @@ Run = Callable[[Callable[["Variant"], "Outcome"], Iterable["Variant"]], Iterable
 
 @dataclass(frozen=True, eq=False)
 class Variant(Kind):
-    """A kind with some of its rows, or other sd of noise or priors; all else is as the ``inner`` kind has it."""
+    """A kind with some of its rows, or other sd of noise or priors; everything else is as the ``inner`` kind has it."""
 
     what: str  # in words
     inner: Kind
@@ -158,7 +158,7 @@ def variants(kind: Kind, candidates: tuple[Candidate, ...]) -> Iterator[Variant]
         yield Variant(f"noise sd x {factor:g}", kind, candidates, all_rows, noise=factor)
     if kind.nuisances:
         for factor in (0.5, 2.0):
-            yield Variant(f"sd of the parameters x {factor:g}", kind, candidates, all_rows, prior=factor)
+            yield Variant(f"parameter uncertainties x {factor:g}", kind, candidates, all_rows, prior=factor)
     left_out = [rows.fold == number for number in np.unique(rows.fold)]
     words = [_places(rows, mask) for mask in left_out]
     if len(words) > 2:  # of what is left, one is held out

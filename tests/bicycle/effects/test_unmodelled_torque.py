@@ -42,9 +42,11 @@ def test_it_is_never_a_candidate_whatever_is_asked_for():
     model = built(relaxation_length={"cornering_stiffness": 8000.0, "relaxation_length": 0.1})
     found, refused = find_candidates(model, {})
     assert "unmodelled_torque" not in {c.identifier for c in found}
-    assert refused["unmodelled_torque"].startswith("no cause that could be named")
+    assert refused["unmodelled_torque"].startswith("an empirical term, never a name")
     for known, also in (({"unmodelled_torque": {}}, ()), ({}, ("unmodelled_torque",))):
-        with pytest.raises(InputError, match="unmodelled_torque: no cause that could be named.*; it cannot be a cand"):
+        with pytest.raises(
+            InputError, match="unmodelled_torque: an empirical term, never a name.*; it cannot be a cand"
+        ):
             find_candidates(model, known, (), also)
 
 

@@ -191,9 +191,12 @@ def test_what_a_bench_test_cannot_see_is_said(tmp_path):
     refused = forward.refused
     for words, names in (
         ("acts through a rolling tyre", ("pneumatic_trail", "camber_thrust", "aligning_moment")),
-        ("nobody holds the bar", ("rider_arms", "rider_lean")),
+        ("no rider in a bench test", ("rider_arms", "rider_lean")),
         ("motors are off", ("steer_assist",)),
-        ("does not change the torque at the bar", ("steer_damper", "luggage", "crown_radius", "front_compliance")),
+        (
+            "does not change the torque at the handlebar",
+            ("steer_damper", "luggage", "crown_radius", "front_compliance"),
+        ),
     ):
         assert all(words in refused[name] for name in names)
     assert {c.identifier for c in forward.candidates if c.effect is not None} == {"steer_spring", "handlebar_bag"}
@@ -206,7 +209,7 @@ def test_what_a_bench_test_cannot_see_is_said(tmp_path):
     assert "needs readings with a direction" in held.refused["contact_scrub"]
     assert {"relaxation_length", "twisting_torque"}.isdisjoint(refused)  # what the base model has is not to be tried
     assert "no_slip" not in held.refused
-    assert any("counts as the middle of what dry friction allows" in note for note in held.notes)
+    assert any("is treated as the middle of the friction band" in note for note in held.notes)
 
 
 def test_one_lever_arm_cannot_tell_its_own_error(tmp_path):
@@ -270,12 +273,16 @@ FORCE = "test,condition,steer_rad,force_N,force_sd_N,lever_arm_m"
             "line 2: the column force_sd with its unit, such as",
         ),
         (FORCE.replace("rad", "deg"), ["hold,lifted,25,1,1,0.2"], "line 2: steer_deg = 25 must be .* up to 20.05"),
-        (FORCE + ",steer_torque_N_m", ["hold,lifted,0,1,1,0.2,3"], "line 2: steer_torque and force both say the same"),
+        (FORCE + ",steer_torque_N_m", ["hold,lifted,0,1,1,0.2,3"], "line 2: steer_torque and force give the same"),
         (HEAD.replace("steer_rad,", ""), ["hold,lifted,,,1,1"], "the column steer_deg or steer_rad is missing"),
         (HEAD.replace("steer_rad", "steer"), GOOD, "column steer: no unit of angle is given"),
         (HEAD.replace("steer_rad", "steer_mm"), GOOD, "column steer_mm: unit 'mm' is not a unit of angle"),
         (HEAD + ",steer_deg", [f"{GOOD[0]},0"], "two columns give the steer; keep one"),
-        (HEAD + ",torque", [f"{GOOD[0]},0"], "unknown column 'torque'.* known: .*steer_torque_N_m.*; a number's unit"),
+        (
+            HEAD + ",torque",
+            [f"{GOOD[0]},0"],
+            "unknown column 'torque'.* known: .*steer_torque_N_m.*; the name of a column",
+        ),
         (HEAD.replace("condition,", ""), ["hold,0,,,1,1"], "the column condition is missing"),
     ],
 )

@@ -198,7 +198,7 @@ def test_a_spring_is_found_and_named(tmp_path, capsys, no_pictures):
     left_out = [f"--without={name}" for name in all_but(read_measurement(file), RIVALS)]
     main(["diagnose", str(file), "--out", str(out), "--no-stability", *left_out])
     said = capsys.readouterr()
-    assert "named. Missing: elastic torque on the steering (steer_spring: stiffness" in said.out
+    assert "named. Missing effect: elastic torque on the steering (steer_spring: stiffness" in said.out
     assert (out / "before_after.png").exists()
     report = read_report(out)
     assert "unstable at 4, 7 m/s: something held the bicycle there" in report
@@ -256,7 +256,7 @@ def test_a_motor_of_the_base_model_has_no_share_in_the_response_to_the_recorded_
     with_motor = TOML.replace("[uncertainty]", motor) + TABLE
     measurement = read_measurement(write(tmp_path, rows(), toml=with_motor))
     assert [e.identifier for e in measurement.model.effects] == ["no_slip"]
-    assert any("steer_assist: left out of the base model" in note for note in measurement.notes)
+    assert any("steer_assist: removed from the base model" in note for note in measurement.notes)
     other = read_measurement(write(tmp_path, rows(source="lean_torque"), toml=with_motor))
     assert [e.identifier for e in other.model.effects] == ["no_slip", "steer_assist"]
 

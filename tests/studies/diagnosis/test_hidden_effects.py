@@ -101,7 +101,7 @@ def test_an_effect_that_the_library_lacks_is_not_misnamed(tmp_path):
     _, measurement = case(tmp_path, ("front_compliance",), 11, bicycle="kooijman2008", points=7)
     found = among_few(measurement)
     assert found.verdict == "unknown"
-    assert found.refused["front_compliance"] == "left out by request"
+    assert found.refused["front_compliance"] == "excluded by request"
     assert found.mimics
 
 

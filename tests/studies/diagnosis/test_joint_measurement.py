@@ -122,7 +122,7 @@ def test_a_recorded_torque_takes_the_motor_out_of_the_part_that_holds_it(tmp_pat
     assert [e.identifier for e in modes.model.effects] == ["no_slip", "steer_assist", "steer_motor"]
     assert [e.identifier for e in kicks.model.effects] == ["no_slip"]
     assert any(
-        "kicks: steer_assist, steer_motor: left out of the base model, for the recorded" in n
+        "kicks: steer_assist, steer_motor: removed from the base model, as the recorded" in n
         for n in measurement.prepare().notes
     )
     assert "steer_assist.gain" in {u.name for u in measurement.prepare().nuisances}
@@ -146,7 +146,7 @@ def test_what_simulate_writes_of_a_bicycle_with_a_motor_is_explained_by_it(tmp_p
         residual, _ = forward.residual((), np.array([u.centre for u in forward.nuisances]), slopes=False)
         gaps.append(float(residual @ residual) / len(residual))
     assert gaps[0] > 100 > 1e-3 > gaps[1]
-    assert any(n.startswith("steer_assist: acts beside the recorded steer torque") for n in forward.notes)
+    assert any(n.startswith("steer_assist: acts in addition to the recorded steer torque") for n in forward.notes)
 
 
 @pytest.mark.parametrize(("change", "words"), [

@@ -73,4 +73,4 @@ def test_rows_that_are_compared_with_roots_of_their_name_are_not_told(tmp_path):
 def test_how_roots_are_paired_is_said_in_the_report(tmp_path):
     told(tmp_path, "weave", WEAVE)
     (text,) = (note for note in read_measurement(tmp_path / "m.toml").prepare().notes if "nearest root" in note)
-    assert "a real root counts as three times as far from one that oscillates" in text
+    assert "the distance of a real root from an oscillatory one is tripled" in text

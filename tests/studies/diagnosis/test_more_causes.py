@@ -106,7 +106,7 @@ def test_an_offset_of_the_speed_is_told_from_a_scale():
     assert chi2 == pytest.approx(1.0, abs=0.1)
     assert gain > 50
     one = Histories(name="one", model=measurement.model, runs=measurement.runs[:1], noise_sd=NOISE).prepare()
-    assert "one speed: an offset is a scale there" in one.refused["speed_offset"]
+    assert "one speed: an offset equals a scale" in one.refused["speed_offset"]
     assert "speed_offset" not in {c.identifier for c in one.candidates}
 
 
@@ -138,7 +138,7 @@ def test_a_factor_and_its_reciprocal_are_errors_of_one_size():
     np.testing.assert_allclose(size.value(np.array([over, under])), [0.4, 1 / 1.4 - 1])
     assert size.slope(over) == pytest.approx(1.4)
     (alone,) = (c for c in modal().prepare().candidates if c.identifier == "steer_sensor_scale")
-    assert "reads too much or too little beside the lean sensor by a constant factor" in alone.signature
+    assert "reads wrong relative to the lean sensor by a constant factor" in alone.signature
     with pytest.raises(ValueError, match="steer: power = 1 must be 0"):
         UncertainParameter("steer", "1", {}, 0.0, 0.1, relative=True)
 

@@ -36,7 +36,7 @@ def measured(tmp_path_factory):
 def test_nobody_sways_or_pedals_where_nobody_rides(measured):
     ready = measured.prepare()
     assert {"side_gusts"} == {c.identifier for c in ready.candidates if c.absorbs}
-    assert ready.refused["rider_sway"] == ready.refused["pedalling"] == "nobody rides: mB = 9.86 kg is less than 30 kg"
+    assert ready.refused["rider_sway"] == ready.refused["pedalling"] == "no rider: mB = 9.86 kg is less than 30 kg"
 
 
 @pytest.mark.parametrize("stated", [True, False])

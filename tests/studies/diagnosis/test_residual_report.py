@@ -113,7 +113,7 @@ def test_it_cannot_be_asked_for(reported, capsys):
     file = reported.folder.parent / "MEASUREMENT.toml"
     with pytest.raises(SystemExit, match="2"):
         main(["diagnose", str(file), "--with", "unmodelled_torque"])
-    assert "unmodelled_torque: no cause that could be named" in capsys.readouterr().err
+    assert "unmodelled_torque: an empirical term, never a name" in capsys.readouterr().err
     forward = read_measurement(file).prepare(without=("unmodelled_torque",))
     assert "unmodelled_torque" not in {c.identifier for c in forward.candidates}
 

@@ -115,7 +115,9 @@ def test_a_torque_that_leaves_twice_the_noise_does_not_describe_the_data(damped)
         for misfit in (3.9, 4.1)
     )
     assert (good.describes, poor.describes) == (True, False)
-    assert "it is no cause, does not describe the data, and is extrapolated" in model_text(damped.diagnosis, poor)
+    assert "an empirical term that does not describe the data, extrapolated outside" in model_text(
+        damped.diagnosis, poor
+    )
 
 
 def test_a_gap_that_is_explained_keeps_nothing(damped):
@@ -134,18 +136,18 @@ def test_beside_a_tentative_name_a_torque_is_kept_if_one_is_left(damped):
 def test_data_that_cannot_carry_one_are_refused(damped):
     measurement = damped.diagnosis.kind
     model = measurement.model.with_effect(effect_class("unmodelled_torque")())
-    with pytest.raises(
-        InputError, match=r"the base model has \[effects.unmodelled_torque\] already; take it out to fit"
-    ):
+    with pytest.raises(InputError, match=r"the base model has \[effects.unmodelled_torque\] already; remove it to fit"):
         fit_residual(left_open(measurement.with_model(model)))
     one = dataclasses.replace(measurement, points=measurement.points[:1])
-    with pytest.raises(InputError, match="all data are of one run: none can be left out to tell a torque from a good"):
+    with pytest.raises(InputError, match="all data are of one run, so none can be held out to test"):
         fit_residual(left_open(one))
 
 
 def test_noise_alone_is_not_kept(tmp_path):
     modal_case(tmp_path, hidden=(), rng=np.random.default_rng(5), bicycle="browser", kind="rolling")
-    with pytest.raises(InputError, match="no torque that is linear in the state improves the prediction of data left"):
+    with pytest.raises(
+        InputError, match="no torque that is linear in the state improves the prediction of held-out data"
+    ):
         fit_residual(left_open(read_measurement(tmp_path / "MEASUREMENT.toml")))
 
 
@@ -251,5 +253,7 @@ def test_a_torque_that_ends_at_zero_is_refused(tmp_path):
     (tmp_path / "modes.csv").write_text(GROWING)
     file = tmp_path / "MEASUREMENT.toml"
     file.write_text('kind = "modal"\nbicycle = "pista"\n\n[modal]\ntable = "modes.csv"\n')
-    with pytest.raises(InputError, match="no torque that is linear in the state improves the prediction of data left"):
+    with pytest.raises(
+        InputError, match="no torque that is linear in the state improves the prediction of held-out data"
+    ):
         fit_residual(left_open(read_measurement(file)))

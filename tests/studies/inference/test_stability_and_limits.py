@@ -204,7 +204,7 @@ def test_the_prior_of_the_library_stays_where_fewer_candidates_are_tried():
 def test_every_variant_is_named_after_what_it_changes():
     forward = line(1.0, growth("linear"))
     assert [v.what for v in inference.variants(forward, forward.candidates)] == [
-        "noise sd x 0.8", "noise sd x 1.3", "sd of the parameters x 0.5", "sd of the parameters x 2",
+        "noise sd x 0.8", "noise sd x 1.3", "parameter uncertainties x 0.5", "parameter uncertainties x 2",
         *(f"without time {t} s" for t in range(1, 7)), "without a", "without b",
     ]  # fmt: skip
     without_nuisances = dataclasses.replace(forward, nuisances=())
@@ -226,7 +226,7 @@ def test_a_strong_growth_stands_and_a_weak_one_does_not():
     assert told == [one.what for one in found.outcomes]
     by_name = {one.what: one for one in found.outcomes}
     assert by_name["noise sd x 1.3"].same
-    assert by_name["sd of the parameters x 2"].names == ("linear",)
+    assert by_name["parameter uncertainties x 2"].names == ("linear",)
     assert (found.tried, found.library) == (("linear", "shift"), 2)
     weak = inference.judge(line(2.0, growth("linear", scale=3.0), growth("shift", scale=1.0), seed=WEAK))
     assert weak.verdict.equivalent[:1] == ("linear",)
