@@ -129,7 +129,7 @@ class LimitCycles:
         return tuple(name for name, limit in LIMITS.items() if self.amplitude(cycle, name) > limit)
 
     def within_geometry(self, cycle: Cycle) -> bool:
-        """True up to 20 degrees of steer and 10 degrees of lean: linear geometry is taken to hold there."""
+        """True up to 20 degrees of steer and 10 of lean: linear geometry is taken to hold there."""
         return not self.beyond(cycle)
 
     def resolved(self, cycle: Cycle) -> bool:

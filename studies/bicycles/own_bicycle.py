@@ -27,7 +27,7 @@ from tyre.ground.errors import InputError
 
 @dataclass(frozen=True)
 class Limits:
-    """Numbers of a guess: how it is told, and what of wobble is assumed."""
+    """Numbers of a guess: how it is reported, and what of wobble is assumed."""
 
     flattened: float = 0.93  # of the height of a tyre, left under a rider: 23 mm of a racing tyre roll on 332 mm
     rim_sd: float = 0.003  # m, of a radius from the words on a tyre
@@ -145,7 +145,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Band:
-    """A speed (m/s), and the ends between which nine of ten plausible bicycles have it; NaN without one."""
+    """A speed (m/s), and the ends between which nine of ten samples have it; NaN without one."""
 
     value: float  # m/s, of the guessed bicycle
     low: float  # m/s
@@ -229,7 +229,7 @@ def _rider(measurements: Asked, guess: scaled.Guess) -> tuple[RigidBody | None, 
 
 
 def _placed_rider(measurements: Asked) -> RigidBody:
-    """The rider by mass, place and perhaps inertia, which count as exact."""
+    """The rider by mass, place and perhaps inertia, which are treated as exact."""
     if measurements.rider_place is None or measurements.rider_mass is None or measurements.rider_height is not None:
         raise InputError("--rider-place and --rider-inertia need --rider-mass and exclude --rider-height")
     entry: dict[str, Any] = {"mass": measurements.rider_mass, "place": list(measurements.rider_place), "name": "rider"}
@@ -270,7 +270,7 @@ def _band(nominal: tuple[CriticalSpeed, ...], samples: list[tuple[CriticalSpeed,
 
 
 def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
-    """Find the first speed (m/s) of wobble on a measured tyre with a front drawn at random; NaN without one."""
+    """Find the first speed (m/s) of wobble on a measured tyre with a sampled front frame; NaN without one."""
     bicycle, per_wheel = _make_bicycle(values), ("cornering_stiffness", "relaxation_length")
     condition: dict[str, Any] = {"tyre": LIMITS.tyre, "surface": None, "pressure_bar": LIMITS.bar, "extrapolate": True}
     tyres = joint_wheel_tyres(bicycle=bicycle, **condition).properties

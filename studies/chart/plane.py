@@ -165,7 +165,7 @@ def _span(space: ModelSpace, axis: Axis, span: tuple[float, float] | None, *, lo
 
 
 def usual_range(space: ModelSpace, axis: Axis) -> tuple[float, float]:
-    """Choose the range of an axis, in its unit, where none is stated: measured of a tyre, typical of all else."""
+    """Choose the range of an axis, in its unit, where none is stated: measured of a tyre, else typical."""
     if axis.key == SPEED:
         return SLOW, FAST
     if not axis.wheels:

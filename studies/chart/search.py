@@ -1,4 +1,4 @@
-"""Every boundary of a chart: seeds from a grid of roots, curves through them, a count that tells what is missing."""
+"""Every boundary of a chart: seeds from a grid of roots, curves through them, a count that shows what is missing."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -134,7 +134,7 @@ def _print_cycles(frame: "pd.DataFrame") -> None:
 
 
 def _print_kicks(kicks: "Sequence[Kick]", unit: str) -> None:
-    """Print the least kick, in ``unit``, that starts another motion at each speed."""
+    """Print the smallest impulse, in ``unit``, that starts another motion at each speed."""
     from studies.reporting.output import print_table
 
     rows = [[f"{kick.speed:g}", *kick[1:6], "yes" if kick.within_geometry else "no"] for kick in kicks]

@@ -1,4 +1,4 @@
-"""``velotyre look``: what is in a recording, what each command would do with it, and what is lacking."""
+"""``velotyre look``: what is in a recording, what each command would do with it, and what is missing."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

@@ -106,7 +106,7 @@ def _check_modules(target: str, scheduler: str | None) -> None:
 
 
 def _engine(sweep: object, workers: int | None, processes: int | None, scheduler: str | None) -> object:
-    """Choose what computes the bicycles: a cluster, processes, or workers of this machine (one a core by default)."""
+    """Choose what computes the bicycles: a cluster, processes, or workers of this machine (one per core by default)."""
     import logging
     from importlib import import_module
     from os import cpu_count

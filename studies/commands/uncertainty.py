@@ -131,7 +131,7 @@ def command(
 
 
 def _print(uncertainty: "Uncertainty", quantities: "Sequence[Quantity]", notes: list[str]) -> None:
-    """Print the quantities, notes, shares of the linear variance, and what is counted as exact or assumed."""
+    """Print the quantities, notes, shares of the linear variance, and what is treated as exact or assumed."""
     from studies.reporting.output import print_table
     from studies.uncertainty import describe_assumptions
 

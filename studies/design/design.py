@@ -1,4 +1,4 @@
-"""The smallest change of some numbers of a model that keeps its demands, what else changes, and how sure it is."""
+"""The smallest change of some numbers of a model that keeps its demands, what else changes, and its robustness."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ class Certainty:
 
     @property
     def largest_misses(self) -> Array:
-        """Largest miss (k,) of all demands of each draw of which it is told, 1/s."""
+        """Largest miss (k,) of all demands of each draw for which it is known, 1/s."""
         misses = np.stack(list(self.excess.values()))
         return np.asarray(misses[:, ~np.isnan(misses).any(0)].max(0))
 
@@ -45,7 +45,7 @@ class Certainty:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % interval of the probability (Wilson 1927), that cannot be told counted both ways."""
+        """95 % interval of the probability (Wilson 1927), with undecided samples counted both ways."""
         keeping, count = int((self.largest_misses <= 0).sum()), self.largest_misses.size + self.unknown
         if not count:
             return 0.0, 1.0
@@ -135,7 +135,7 @@ class Design:
 
     @property
     def at_limit(self) -> list[tuple[str, float, str]]:
-        """Keys whose number stands at a limit, the limit in its unit, and what sets it."""
+        """Keys whose number is at a limit, the limit in its unit, and what sets it."""
         limits, numbers = self.problem.limits, zip(self.problem.start, self.after.x, strict=True)
         rows = zip(self.problem.space.axes, limits.low, limits.high, limits.why, numbers, strict=True)
         return [
@@ -224,7 +224,7 @@ def find_design(
 def _below_amplitude(problem: Problem, stable: Answer, wishes: Wishes) -> tuple[Problem, Answer, float]:
     """The design that lets a mode grow as fast as its amplitude allows, the same at all speeds, and the amplitude.
 
-    Beside a critical speed the square of the amplitude goes with the growth; each round corrects the growth by that.
+    Near a critical speed the square of the amplitude is proportional to the growth; each round uses that.
     """
     demand = next(d for d in problem.demands if d.amplitude)
 

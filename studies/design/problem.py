@@ -31,7 +31,7 @@ STABLE, EVERY = "stable", "all"
 class Demand:
     """A mode that is to keep ``Re z + ratio |z| <= growth``: stable with ratio 0, else that damping ratio at least.
 
-    With an ``amplitude`` (degrees at the bar) it may grow by ``growth`` (1/s), if motions that last stay below.
+    With an ``amplitude`` (degrees of steer) it may grow by ``growth`` (1/s), if stable limit cycles stay below.
     """
 
     mode: str  # name of a mode, or EVERY
@@ -190,7 +190,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Cost:
-    """``scale`` (d,), the change of each number that counts as one, in its unit; ``kind`` says what that is."""
+    """``scale`` (d,), the change of each number that costs one, in its unit; ``kind`` says what that is."""
 
     scale: Array  # (d,), each in the unit of its number
     kind: str  # BY_COST, BY_SD or RELATIVE

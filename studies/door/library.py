@@ -112,7 +112,7 @@ def sweep(
     speeds : array_like, shape (m,)
         m/s.
     samples, seed : int
-        Number of random bicycles in each combination, and the seed, no unit.
+        Number of samples in each combination, and the seed, no unit.
     sampled : mapping
         What is drawn, as the table ``[sampled]`` of a sweep file.
     max_speed : float
@@ -338,7 +338,7 @@ def sensitivity(
     sd : mapping
         Standard deviations, SI, in place of stated and usual ones.
     max_speed : float
-        Highest critical speed whose change is told, m/s.
+        Highest critical speed whose change is given, m/s.
 
     Returns
     -------
@@ -373,13 +373,13 @@ def uncertainty(
     model : str, Path, Bicycle, Model or mapping
         A packaged bicycle, a file, or what a model file holds.
     speeds : array_like, shape (m,)
-        m/s; without any only critical speeds are told.
+        m/s; without any only critical speeds are given.
     sd : mapping
-        Standard deviations, SI, beside those that the model states.
+        Standard uncertainties, SI, in addition to those that the model states.
     assume : bool
         Take usual standard deviations for what no source states.
     samples, seed : int
-        Number of random bicycles and the seed, no unit.
+        Number of samples and the seed, no unit.
     max_speed : float
         Highest critical speed, m/s.
 
@@ -475,8 +475,8 @@ def design(
     model : str, Path, Bicycle, Model or mapping
         A packaged bicycle, a file, or what a model file holds.
     keep : mapping
-        Mode, or ``"all"``, to ``"stable"`` or a least damping ratio from 0 to below 1; or one mode to a largest
-        amplitude at the bar such as ``"2deg"``.
+        Mode, or ``"all"``, to ``"stable"`` or a minimum damping ratio from 0 to below 1; or one mode to a
+        maximum steer amplitude such as ``"2deg"``.
     vary : sequence of str
         Keys, or ``effect.parameter``, of the numbers that may change.
     speeds : (float, float)
@@ -488,7 +488,7 @@ def design(
     probability : float
         Share of bicycles, above 0 below 1, that are to keep it.
     samples, seed : int
-        Number of random bicycles and the seed, no unit.
+        Number of samples and the seed, no unit.
 
     Returns
     -------

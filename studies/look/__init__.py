@@ -1,4 +1,4 @@
-"""Look at a recording: what it holds, what each command would make of it, and what is lacking."""
+"""Look at a recording: what it holds, what each command would make of it, and what is missing."""
 
 from tyre.ground.door import room
 

@@ -257,7 +257,7 @@ def _fit_whole_runs(
 
 
 def _kicks(whole: recording.Run, file: Array) -> tuple[tuple[Window, ...], list[Event], list[Decay]]:
-    """Find windows after kicks, their events and fits."""
+    """Find windows after impulses, their events and fits."""
     kicks = decays(whole)
     windows = tuple(Window(f"kick{place}", first, last) for place, (first, last, _) in enumerate(kicks, 1))
     events = [
@@ -289,7 +289,7 @@ def decays(run: recording.Run) -> list[tuple[float, float, Decay]]:
 
 
 def _after_rest(x: Array, peaks: NDArray[np.intp], second: int) -> NDArray[np.intp]:
-    """Keep the ``peaks`` of ``x`` that do not belong to the motion after another one: kicks."""
+    """Keep the ``peaks`` of ``x`` that do not belong to the motion after another one: those of impulses."""
     kicks: list[int] = []
     for peak in peaks:
         if kicks:
@@ -302,7 +302,7 @@ def _after_rest(x: Array, peaks: NDArray[np.intp], second: int) -> NDArray[np.in
 
 
 def _find_best_window(run: recording.Run, begin: float, end: float) -> tuple[float, float, Decay] | None:
-    """The window after a kick that tells most of one decaying oscillation."""
+    """The window after an impulse that shows one decaying oscillation best."""
     trials: list[tuple[float, float, Decay]] = []
     for start in STARTS:
         for length in dict.fromkeys(min(length, end - begin - start) for length in LENGTHS):

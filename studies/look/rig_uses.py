@@ -392,7 +392,7 @@ def _judge_channels(
 
 
 def _load_read(roles: Roles) -> float:
-    """Median of the vertical load that stands beside a pull, N; NaN if no column holds it in a known unit."""
+    """Median of the vertical load during a lateral stiffness test, N; NaN if no column holds it in a known unit."""
     guess = roles.guessed.get("vertical_load")
     if guess is None or quantity_of(guess.unit or guess.column.unit) != "force":
         return float("nan")

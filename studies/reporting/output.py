@@ -154,7 +154,7 @@ def named_rows(table: "pd.DataFrame", name: str) -> "pd.DataFrame":
 def print_critical(
     critical: Mapping[str, Sequence[Any]], models: Mapping[str, "LinearModel"], *, max_speed: float
 ) -> None:
-    """Print ``critical`` speeds up to ``max_speed`` (m/s) of the ``models`` by name, one a row; no empty name is
+    """Print ``critical`` speeds up to ``max_speed`` (m/s) of the ``models`` by name, one per row; no empty name is
     shown."""
     from studies.reporting.analysis import unstable_modes
 

@@ -255,7 +255,7 @@ def surface_pairs(conditions: Sequence[ConditionResult]) -> list[Pair]:
 
 
 def residuals(summary: RecordingSummary) -> Figure:
-    """Draw the points of one sweep or pull with the fitted curve, and below them the residuals."""
+    """Draw the points of one sweep or lateral stiffness test with the fitted curve, and below them the residuals."""
     points, figure_title = points_of(summary), f"{summary.file}: "
     figure, (upper, lower) = _empty_figure(2, 1, width=6.8, height=5.6, sharex=True)
     if summary.kind == "slip_sweep":

@@ -108,7 +108,7 @@ class Uncertainty(UncertainModel):
         return quantities + [quantity for output in outputs for quantity in self._of_output(output, v, z, max_speed)]
 
     def left_out(self, *, samples: int = 2000, seed: int = 0) -> dict[str, int]:
-        """Count the drawn bicycles that are impossible and left out, by reason."""
+        """Count the samples that are impossible and left out, by reason."""
         return self.filter_possible(self.draw(samples, seed))[1]
 
     def count_unlisted(

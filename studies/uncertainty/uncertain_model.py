@@ -1,11 +1,11 @@
 """A model with what is uncertain about it: from standard normal numbers to bicycles.
 
 Uncertain are what the bicycle file states (sd), the measured tyre (covariance of the tyre map at the wheel loads), any
-parameter given a standard deviation and, with ``defaults``, what nobody states (:mod:`bicycle.model.default_sd`). Each
+parameter given a standard deviation and, with ``defaults``, what is not stated (:mod:`bicycle.model.default_sd`). Each
 measurement is a set of independent standard normal numbers z, from which the sampler of the sweeps makes parameters:
 masses move wheel loads, wheel loads the tyre.
 
-The nominal model and linear propagation take parameter = mean + factor z. Random bicycles keep the mean and standard
+The nominal model and linear propagation take parameter = mean + factor z. Samples keep the mean and standard
 deviation but stay within what is physically possible (:mod:`studies.model_space.sampling`: a stiffness is lognormal),
 so z = 0 is the median of a draw, not the nominal bicycle.
 """
@@ -217,7 +217,7 @@ class UncertainModel:
         return np.asarray(sum(parts, 0.0))
 
     def change(self, slopes: Mapping[str, Any], z: Array) -> Array:
-        """Compute first-order changes (m, ...) by derivatives ``slopes``, of drawn bicycles ``z`` (m, names)."""
+        """Compute first-order changes (m, ...) by derivatives ``slopes``, of samples ``z`` (m, names)."""
         if not len(z):
             return np.zeros((0, *np.shape(next(iter(slopes.values())))))
         values, nominal = self.points(z).harmless.values, self.nominal.parameters

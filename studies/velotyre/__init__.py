@@ -1,4 +1,4 @@
-"""The door of the library: ``import velotyre as vt``.
+"""The public API of the library: ``import velotyre as vt``.
 
 A model is a bicycle's name, a file, ``vt.Bicycle``, or ``vt.Model`` with effects; numbers are SI, ``trail``,
 ``wheelbase``, ``steer_axis_tilt`` and ``head_angle`` (degrees) may stand for ``c``, ``w`` and ``lam``.
@@ -21,7 +21,7 @@ Modes and critical speeds, of one bicycle or over arrays of its numbers: ``modes
 >>> vt.modes("benchmark", 5.0, trail=[0.06, 0.07, 0.08]).frequency.sel(mode="weave").values.round(3)
 array([0.727, 0.718, 0.711])
 
-What matters and how sure it is: ``root_locus`` ``sensitivity`` ``uncertainty`` ``chart`` ``design``
+What matters and its robustness: ``root_locus`` ``sensitivity`` ``uncertainty`` ``chart`` ``design``
 
 >>> [one.mode for one in vt.root_locus(model, "speed", [1, 8]).crossings]
 ['weave', 'capsize']

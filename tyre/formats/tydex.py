@@ -126,7 +126,7 @@ def read_document(path: str | Path) -> TydexDocument:
 
 
 def _split_sections(text: str, source: str) -> TydexDocument:
-    """Split a text into its sections; refuse an unknown keyword, one that stands twice, a file without its ends."""
+    """Split a text into its sections; refuse an unknown keyword, one that is there twice, a file without its ends."""
     marks = list(_KEYWORD_LINE.finditer(text))
     bodies: dict[str, str] = {}
     names, announced = [], ""
