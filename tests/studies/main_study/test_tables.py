@@ -106,7 +106,7 @@ def test_verdicts(ours, verdict):
 
 
 def test_findings_are_the_numbers_that_were_read():
-    """Ploechl 2012 and Klinger 2014 as read by Moore & Reijne (2020); abstracts of Dressel 2013 and VTI 2018."""
+    """Ploechl 2012 and Klinger 2014 as cited by Moore & Reijne (2020); abstracts of Dressel 2013 and VTI 2018."""
     found = {(one.who.split(",")[0].split(" (")[0], one.quantity): (one.low, one.high) for one in findings()}
     assert found["Plöchl", "wobble_frequency_Hz"] == (6, 9)
     assert found["Klinger", "wobble_frequency_Hz"] == (8, 12)
