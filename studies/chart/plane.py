@@ -68,7 +68,7 @@ def split_range(text: str) -> tuple[str, tuple[float, float] | None, bool]:
     log = len(parts) == 3 and parts[2] == "log"
     numbers = typed_numbers(parts[:2] if log else parts, unit_of(canonical(name)))
     if len(numbers) != 2 or numbers[0] >= numbers[1]:
-        raise InputError(f"axis {text!r}: {HOW}; the range must be finite and rise (below {TINY:g} is 0)")
+        raise InputError(f"axis {text!r}: {HOW}; the range must be finite, LOW below HIGH (below {TINY:g} is 0)")
     low, high = numbers
     if log and low <= 0:
         raise InputError(f"axis {text!r}: equal ratios need a range above 0")

@@ -111,7 +111,7 @@ ROUNDS = 3
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """Unstable roots on a grid: counted, and as the boundaries tell them at points ``apart`` from every boundary."""
+    """Unstable roots on a grid: counted, and as the boundaries give them at points ``apart`` from every boundary."""
 
     unstable: NDArray[np.intp]  # (k, k), number of unstable roots, counted
     predicted: NDArray[np.intp]  # (k, k), the same number as it follows from the boundaries crossed

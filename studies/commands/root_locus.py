@@ -86,7 +86,7 @@ def command(
 
 
 def _print_crossings(locus: "RootLocus", values: "Array", unit: str, parameter: str) -> None:
-    """Print where a mode becomes stable or unstable over ``values`` in ``unit``, and what is unstable all along."""
+    """Print where a mode becomes stable or unstable over ``values`` in ``unit``, and modes unstable at all of them."""
     from studies.reporting.output import print_table
 
     rows = []
@@ -95,9 +95,9 @@ def _print_crossings(locus: "RootLocus", values: "Array", unit: str, parameter: 
         reliability = "extrapolated" if crossing.extrapolated else ""
         rows.append([f"{crossing.value:.6g}", crossing.mode, crossing.frequency_hz, effect, reliability])
     if rows:
-        print_table(rows, [f"{parameter} {unit}", "mode", "frequency Hz", "as it grows", "tyre values"])
+        print_table(rows, [f"{parameter} {unit}", "mode", "frequency Hz", "with increasing value", "tyre values"])
     else:
         click.echo(f"no mode becomes stable or unstable from {values[0]:g} to {values[-1]:g} {unit}")
     always = ", ".join(locus.unstable_throughout).replace("_", " ")
     if always or not rows:
-        click.echo(f"unstable all along: {always or 'no mode'}")
+        click.echo(f"unstable over the full range: {always or 'no mode'}")

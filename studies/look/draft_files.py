@@ -89,7 +89,7 @@ def write_drafts(drafts: Iterable[Draft], folder: Path, *, force: bool) -> list[
 
 
 def _sidecars(roles: Roles, supposed: Supposed, folder: Path, stem: str) -> list[Draft]:
-    """Draft one sidecar for the sweeps and one for the steps: `tyre fit` tells their conditions by the channels."""
+    """Draft one sidecar for the sweeps and one for the steps: `tyre fit` finds their conditions from the channels."""
     if not supposed.axes and not roles.unknown_units([*ALL_ROLLING, *ALL_PULL]):
         return []
     if not supposed.windows:

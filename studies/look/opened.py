@@ -44,7 +44,7 @@ class Opened:
     reading: Reading  # how the file was read
 
     def time_of(self, name: str) -> Array:
-        """Times of the channel ``name``, s; numbers of samples from 0 where nothing says them."""
+        """Times of the channel ``name``, s; numbers of samples from 0 where the file has none."""
         signal = self.signals.signals[name]
         for time in (signal.time, self.time):
             if time is not None and time.size == signal.values.size:
@@ -414,7 +414,7 @@ def oddities(roles: Roles, column: str) -> tuple[str, ...]:
 
 
 def _agreement(roles: Roles, angle: str, rate: str) -> float:
-    """Correlation of a rate with the change of an angle over some samples; 0 where it cannot be told."""
+    """Correlation of a rate with the change of an angle over some samples; 0 where it cannot be computed."""
     signals = roles.opened.signals.signals
     if signals[angle].values.size != signals[rate].values.size or signals[rate].values.size < 50:
         return 0.0

@@ -110,7 +110,7 @@ class Supposed:
 
     @property
     def unsaid(self) -> list[str]:
-        """Keys that the user must fill in, as neither the recording nor its constants say them."""
+        """Keys that the user must fill in, as neither the recording nor its constants give them."""
         said_keys = [] if self.constants is None else ["tyre", "surface", "axes"]
         if self.constants is not None:
             said_keys += [

@@ -318,7 +318,7 @@ def settings_of(
     """Read the study of a model file, or of a bicycle with everything else assumed."""
     tyre_options: dict[str, Any] = {"tyre": tyre or "", "surface": surface, "pressures": read_pressures(pressures)}
     if surface is not None and tyre is None:
-        raise InputError(f"--surface {surface} is of a measured tyre; give --tyre too, for example --tyre Tyre1")
+        raise InputError(f"--surface {surface} applies to a measured tyre; give --tyre too, for example --tyre Tyre1")
     named_bicycle = None if model is None else find_bicycle(model)
     if named_bicycle is not None:
         if bicycle is not None:

@@ -154,7 +154,7 @@ def ranges_by_name(texts: Sequence[str], option: str = "--limits") -> dict[str, 
     def checked(text: str, value: str) -> tuple[float, float]:
         low, high = typed_numbers(value.split(":"), unit_of(canonical(text.partition("=")[0])))
         if low >= high:
-            raise InputError(f"{option} {text}: the range must be finite and rise")
+            raise InputError(f"{option} {text}: the range must be finite, LOW below HIGH")
         return low, high
 
     return _by_name(texts, option, f"NAME=LOW:HIGH, for example {option} c=0.03:0.1", checked)

@@ -154,12 +154,14 @@ def choose(
     if tyre is None:
         for name, value in (("pressure", pressure), ("surface", surface)):
             if value is not None:
-                raise InputError(f"--{name} {value} is of a measured tyre; give --tyre too, for example --tyre Tyre1")
+                raise InputError(
+                    f"--{name} {value} applies to a measured tyre; give --tyre too, for example --tyre Tyre1"
+                )
         if not extrapolate:
             return chosen
         laws = [name for name in LAWS if isinstance(effects.get(name), Mapping) and "tyre" in effects[name]]
         if not laws:
-            raise InputError("--extrapolate is of a measured tyre, and the model has none; leave it out or give --tyre")
+            raise InputError("--extrapolate applies to a measured tyre, and the model has none; omit it or give --tyre")
         effects |= {name: dict(effects[name]) | {"extrapolate": True} for name in laws}
         return replace(chosen, content=dict(chosen.content) | {"effects": effects})
     present = [name for name in (*LAWS, "no_slip") if name in effects]

@@ -17,7 +17,7 @@ def file_and_speed(text: str, *, may_stand: bool = False) -> tuple[Path, float]:
     if not name or not speeds or not 0 <= speeds[0] <= FASTEST:
         raise InputError(f"{text!r}: give a file and its speed in m/s (up to {FASTEST:g}), as run01.csv@4.8")
     if speeds[0] == 0 and not may_stand:
-        raise InputError(f"{text!r}: the speed must be above 0; only `velotyre modal` reads a bicycle that stands")
+        raise InputError(f"{text!r}: the speed must be above 0; only `velotyre modal` reads a bicycle at rest")
     return Path(name), speeds[0]
 
 

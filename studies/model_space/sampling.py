@@ -58,13 +58,13 @@ def possible_moments(name: str, mean: float, sd: float, bounds: tuple[float, flo
     if np.isinf(mean) and sd > 0:
         raise InputError(f"{name}: its value is infinite, which has no standard deviation; give a finite one")
     if not low <= mean <= high:
-        raise InputError(f"{name}: the mean {mean:g} is outside {low:g} .. {high:g}, so no draw could be possible")
+        raise InputError(f"{name}: the mean {mean:g} is outside {low:g} .. {high:g}, so no sample is possible")
     between = np.isfinite(low) and np.isfinite(high) and low < mean < high
     most = np.sqrt((mean - low) * (high - mean)) if between else np.inf
     if sd >= most:
         raise InputError(
             f"{name}: nothing between {low:g} and {high:g} with a mean of {mean:g} has a standard deviation of {sd:g}; "
-            f"it is always below {most:.4g}"
+            f"the maximum is {most:.4g}"
         )
 
 

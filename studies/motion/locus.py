@@ -66,14 +66,14 @@ def parameter_path(model_file: str | Path | Mapping[str, Any], key: str, *, spee
     if str(parameter) == SPEED:
         return ParameterPath(space, None)
     if speed is None:
-        raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it runs")
+        raise InputError(f"parameter {key!r}: give the --speed (m/s) at which it is varied")
     space.linear.check_speeds(speed)
     return ParameterPath(space, speed)
 
 
 @dataclass(frozen=True)
 class AxisCrossing:
-    """A root crosses the imaginary axis at ``value``, ``destabilising`` or not as it grows."""
+    """A root crosses the imaginary axis at ``value``, ``destabilising`` or not with increasing value."""
 
     value: float  # in the unit of the parameter
     mode: str  # name, two joined by a plus where in doubt

@@ -42,7 +42,7 @@ def made_by() -> str:
 
 @contextmanager
 def count_seconds(*, after: float = 2.0, interval: float = 1.0) -> Iterator[None]:
-    """Count seconds on the standard error of a terminal, if the block takes longer than ``after`` s without a bar."""
+    """Count seconds on standard error, if it is a terminal and the block takes longer than ``after`` s."""
     if not sys.stderr.isatty():
         yield
         return

@@ -50,7 +50,7 @@ def campaign_table(campaign: Campaign) -> pd.DataFrame:
 
 
 def report_text(campaign: Campaign, figures: Sequence[Path], remarks: Sequence[str], out: Path) -> str:
-    """Write the report as Markdown; ``figures`` lie below ``out``, ``remarks`` tell what could not be exported."""
+    """Write the report as Markdown; ``figures`` lie below ``out``, ``remarks`` state what could not be exported."""
     conditions = campaign.conditions
     shares = {
         name: [e.sd / e.value for c in conditions if (e := getattr(c, name)) is not None]

@@ -26,7 +26,7 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
     stored = read_result(result)
     drawn = Drawn(stored, folder or figures_folder(result), {}, {})
     if not stored.reduced and not stored.possible.any():
-        raise InputError(f"{stored.path.as_posix()}: no bicycle of it is possible, so there is nothing to draw")
+        raise InputError(f"{stored.path.as_posix()}: all its bicycles are impossible; nothing to draw")
     at_speed = None if at is None or stored.reduced else stability(stored, at)  # refused before anything is drawn
     drawn.folder.mkdir(parents=True, exist_ok=True)
     if CRITICAL in stored.sweep.outputs:
@@ -43,7 +43,7 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
         with contextlib.suppress(OSError):  # others' files are in it
             drawn.folder.rmdir()
         raise InputError(
-            f"{stored.path.as_posix()} holds nothing that is drawn ({', '.join(stored.sweep.outputs)}; "
+            f"{stored.path.as_posix()} holds nothing to draw ({', '.join(stored.sweep.outputs)}; "
             f"{'; '.join(drawn.remarks)}); ask the sweep for critical_speeds, or for max_growth_rate, "
             "damping_ratios or modes at several speeds"
         )

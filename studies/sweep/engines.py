@@ -66,9 +66,9 @@ def on_cluster(address: str) -> Engine:
             try:
                 yield from _spread(client.get_executor(pure=False), work, pieces, workers, client.nthreads, lost)
             except KilledWorker as error:
-                raise InputError(f"workers of {address} died while they worked on the same points") from error
+                raise InputError(f"workers of {address} died on the same points") from error
             except (CancelledError, OSError) as error:
-                raise InputError(f"the scheduler at {address} went away") from error
+                raise InputError(f"the connection to the scheduler at {address} was lost") from error
 
     return run
 

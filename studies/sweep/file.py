@@ -206,7 +206,7 @@ def _check_tyre_options(options: Mapping[str, Any], tyre: Mapping[str, Any] | No
 def _check_samples(sweep: Sweep) -> None:
     if sweep.random and sweep.samples < 2:
         raise InputError(
-            f"parameters are sampled, but samples = {sweep.samples} (1 without the key) is no sample; give two or "
+            f"parameters are sampled, but samples = {sweep.samples} (default 1) is too few; give two or "
             "more, for example samples = 1000"
         )
     if not sweep.random and sweep.samples > 1:

@@ -43,8 +43,8 @@ class Worker:
         sweep_here = replace(sweep)
         if sweep_here.fingerprint != sweep.fingerprint:  # the latter came along from where the sweep was started
             raise InputError(
-                f"the worker on {platform.node()} computes with {json.dumps(software())} and other than what the sweep "
-                f"was started with: {differences(sweep.made_of, sweep_here.made_of)}; install the same versions "
+                f"the worker on {platform.node()} has {json.dumps(software())}; differences from the start "
+                f"of the sweep: {differences(sweep.made_of, sweep_here.made_of)}; install the same versions "
                 "everywhere, with the same tyre files, and restart the workers"
             )
         self.sweep = sweep

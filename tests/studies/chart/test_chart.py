@@ -173,7 +173,7 @@ def test_usual_ranges():
     ("speed=1:10", "c", 5.0, "--speed 5 is given, but the speed is an axis; leave --speed out"),
     ("w", "c", None, "no axis is the speed: give the --speed (m/s) of the chart, or --x speed"),
     ("speed=1-10", "c", None, "axis 'speed=1-10': give NAME, NAME=LOW:HIGH or NAME=LOW:HIGH:log"),
-    ("speed=10:1", "c", None, "the range must be finite and rise"),
+    ("speed=10:1", "c", None, "the range must be finite, LOW below HIGH"),
     ("speed=-1:10", "c", None, "speed -1 m/s is not allowed; give speeds >= 0 m/s"),
     ("speed=0:0.0001", "c", None, "nothing moves below"),
     ("c=-0.1:0.1:log", "w", 5.0, "equal ratios need a range above 0"),

@@ -139,7 +139,7 @@ def test_a_state_that_makes_no_model_is_refused_in_words(client, state, words):
     ("x=speed", "stability chart: choose both axes"),
     ("x=speed&y=speed", "both axes are speed; give two different ones"),
     ("x=speed&y=nothing", "unknown parameter 'nothing'"),
-    ("x=speed%3D1:1e999&y=c", "the range must be finite and rise"),
+    ("x=speed%3D1:1e999&y=c", "the range must be finite, LOW below HIGH"),
     ("x=speed%3D-1e300:1e300&y=c", "speed"),
     ("x=speed&y=c%3D__import__", "axis 'c=__import__'"),
     ("x=speed&y=" + "c" * 100, "must be one line of at most 80 letters"),

@@ -328,4 +328,6 @@ def test_a_stability_chart_of_two_numbers(opened):
     assert "Stability chart" not in kept_in(found.value)["figures"]
     page.fill("#chart-y-low", "0.2")
     page.click("#draw-chart")
-    until(page, "document.getElementById('chart-said').textContent.includes('the range must be finite and rise')")
+    until(
+        page, "document.getElementById('chart-said').textContent.includes('the range must be finite, LOW below HIGH')"
+    )

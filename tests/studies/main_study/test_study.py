@@ -124,7 +124,7 @@ def test_two_workers_write_the_tables_of_one(tmp_path, monkeypatch, results_alon
     (["--bicycle", "benchmrk"], "unknown bicycle 'benchmrk'; did you mean 'benchmark'?"),
     (["--tyre", "none.csv"], "none.csv"),
     (["--pressures", "0"], "--pressures '0': 0 is out of range"),
-    (["--surface", "drum"], "--surface drum is of a measured tyre; give --tyre too, for example --tyre Tyre1"),
+    (["--surface", "drum"], "--surface drum applies to a measured tyre; give --tyre too, for example --tyre Tyre1"),
     (["--json", "a.csv"], "a.csv: what is written is JSON; give a name that ends in .json"),
     (["--out", ""], "is no folder name; give a folder to write into, for example out"),
     (["--out", "a\0b"], "NUL"),

@@ -70,14 +70,14 @@ def test_a_tyre_from_the_command_line_is_that_of_a_file(tmp_path):
     ({"text": "psta"}, "unknown bicycle or model 'psta'; did you mean 'pista'?.*velotyre new model.toml writes"),
     ({"text": "absent.toml"}, "absent.toml: no such model file"),
     ({"text": "absent.txt"}, "absent.txt: no such bicycle file; packaged bicycles: .*benchmark"),
-    ({"text": "benchmark", "pressure": "5.5"}, "--pressure 5.5 is of a measured tyre; give --tyre too"),
-    ({"text": "benchmark", "surface": "drum"}, "--surface drum is of a measured tyre; give --tyre too"),
+    ({"text": "benchmark", "pressure": "5.5"}, "--pressure 5.5 applies to a measured tyre; give --tyre too"),
+    ({"text": "benchmark", "surface": "drum"}, "--surface drum applies to a measured tyre; give --tyre too"),
     ({"text": "benchmark", "tyre": "Tyre1"}, "--tyre Tyre1 needs --pressure, in bar; it was measured at 3.5, 5.5"),
     ({"text": "benchmark", "tyre": "Tyre1", "pressure": "high"}, "'high': give one number, in bar or with its unit"),
     ({"text": "benchmark", "tyre": "Tyre1", "pressure": "1,2,3"}, "or REAR,FRONT"),
     ({"text": "benchmark", "tyre": "Tyre1", "pressure": "550"}, "pressure_bar = 550.0 of the rear wheel"),
     ({"text": "benchmark", "tyre": "Tyre9", "pressure": "5"}, "no tyre 'Tyre9' .did you mean 'Tyre"),
-    ({"text": "benchmark", "extrapolate": True}, "--extrapolate is of a measured tyre, and the model has none"),
+    ({"text": "benchmark", "extrapolate": True}, "--extrapolate applies to a measured tyre, and the model has none"),
     ({"text": "pista", "tyre": "Tyre1", "pressure": "5"}, "42.39 N is more than one range width outside the 340-490 N"),
 ])  # fmt: skip
 def test_what_is_refused(options, words):

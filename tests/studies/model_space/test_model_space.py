@@ -137,7 +137,7 @@ def test_usual_ranges():
     (numbers_by_name, ["c=inf"], "(SI units), finite"),
     (ranges_by_name, ["c=0.01:0.02"], {"c": (0.01, 0.02)}),
     (ranges_by_name, ["c=1"], "--limits c=1: give NAME=LOW:HIGH, for example --limits c=0.03:0.1"),
-    (ranges_by_name, ["c=2:1"], "--limits c=2:1: the range must be finite and rise"),
+    (ranges_by_name, ["c=2:1"], "--limits c=2:1: the range must be finite, LOW below HIGH"),
 ])  # fmt: skip
 def test_pairs_on_the_command_line(read, texts, told):
     more = ("--sd", "c=1") if read is numbers_by_name else ()

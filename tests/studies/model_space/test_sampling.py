@@ -86,7 +86,7 @@ def test_a_correlation_that_positive_quantities_cannot_have_is_said():
 
 
 @pytest.mark.parametrize(("mean", "sd", "bounds", "words"), [
-    (-1.0, 0.1, POSITIVE, "x: the mean -1 is outside 0 .. inf, so no draw could be possible"),
+    (-1.0, 0.1, POSITIVE, "x: the mean -1 is outside 0 .. inf, so no sample is possible"),
     (0.5, 0.6, (0.0, 1.0), "x: nothing between 0 and 1 with a mean of 0.5 has a standard deviation of 0.6; .* 0.5"),
     (np.inf, 1.0, POSITIVE, "x: its value is infinite, which has no standard deviation"),
 ])  # fmt: skip

@@ -225,7 +225,7 @@ def test_refused(sample, tmp_path, refused):
         ("empty.zarr", "cannot be read as the result of a sweep"),
         ("chunk.zarr", "cannot be read as the result of a sweep"),
         ("foreign.zarr", "is not a result of 'velotyre sweep'"),
-        ("plain.zarr", "holds nothing that is drawn (parameters; samples are not classed as stable or unstable"),
+        ("plain.zarr", "holds nothing to draw (parameters; samples are not classed as stable or unstable"),
     ):
         assert words in refused("sweep", tmp_path / name, "--plot")
     assert not list(tmp_path.glob("*_figures"))

@@ -15,7 +15,7 @@ def test_other_software_on_a_worker_is_refused():
     sweep = build_sweep(RANDOM)
     vars(sweep)["fingerprint"] = "as computed elsewhere"
     with pytest.raises(
-        InputError, match=r"the worker on .* computes with .*velotyre.*other than what .*install the same versions"
+        InputError, match=r"the worker on .* has .*velotyre.*differences from the start.*install the same versions"
     ):
         compute(sweep, 0, 1)
 
@@ -30,8 +30,8 @@ def test_no_scheduler(monkeypatch, tmp_path):
 @pytest.mark.parametrize(("workers", "error", "words"), [
     ({"a": 1}, "lost", r"all workers of tcp://x:1 are lost; start new ones with 'dask worker tcp://x:1'"),
     ({}, None, r"the scheduler at tcp://x:1 has no workers; start some with 'dask worker tcp://x:1'"),
-    ({"a": 1}, "killed", "workers of tcp://x:1 died while they worked on the same points"),
-    ({"a": 1}, "gone", "the scheduler at tcp://x:1 went away"),
+    ({"a": 1}, "killed", "workers of tcp://x:1 died on the same points"),
+    ({"a": 1}, "gone", "the connection to the scheduler at tcp://x:1 was lost"),
 ])  # fmt: skip
 def test_a_cluster_that_fails(monkeypatch, tmp_path, workers, error, words):
     distributed = pytest.importorskip("distributed")

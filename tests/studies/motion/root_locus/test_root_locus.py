@@ -160,7 +160,7 @@ def test_command_writes_figure_table_and_crossings(file, tmp_path, capsys):
     for crossing in record["crossings"]:
         assert crossing["frequency_rad_s"] == pytest.approx(2 * np.pi * crossing["frequency_Hz"])
         assert 4 < crossing["frequency_Hz"] < 10  # wobble of a soft front; in rad/s it would be above 25
-    assert "as it grows" in capsys.readouterr().out
+    assert "with increasing value" in capsys.readouterr().out
 
 
 def test_crossings_along_speed_have_the_names_of_the_critical_speeds(file):
@@ -216,7 +216,7 @@ def test_without_a_crossing_it_is_said_what_is_unstable(no_pictures, tmp_path, c
     """Meijaard et al. (2007): all stable from 4.29 to 6.02 m/s, capsize alone unstable above."""
     main(["root-locus", "benchmark", "--parameter", "speed", "--range", f"{low}:{high}",
           "--out", str(tmp_path / "out"), "--json", str(tmp_path / "c.json")])  # fmt: skip
-    said = [f"no mode becomes stable or unstable from {low} to {high} m/s", f"unstable all along: {mode}"]
+    said = [f"no mode becomes stable or unstable from {low} to {high} m/s", f"unstable over the full range: {mode}"]
     assert capsys.readouterr().out.splitlines() == said
     record = json.loads((tmp_path / "c.json").read_text())
     assert (record["crossings"], record["unstable_throughout"]) == ([], [mode] if mode == "capsize" else [])
