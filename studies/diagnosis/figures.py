@@ -73,8 +73,8 @@ def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
 
 
 STORY = (
-    "χ² per data point of each model: base model, with the effect alone, with re-estimated parameters, with the "
-    "unmodelled torque if one is fitted, and re-estimated parameters without the effect. Grey: noise, 95 %."
+    "Misfit (χ² per data point) of each model on all data and, where data could be held out, on those; noise has 1 "
+    "(grey: 95 %)."
 )
 
 

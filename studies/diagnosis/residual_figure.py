@@ -27,9 +27,10 @@ def draw_torque(torque: Residual, target: Path) -> bool:
                     axis.fill_between(speeds, low[:, i, k], high[:, i, k], color=look(k).colour, alpha=0.2, linewidth=0)
                     axis.plot(speeds, mean[:, i, k], label=state.replace("_", " "), **style)
                 else:
-                    for edge in (low, high):
-                        axis.plot(speeds, edge[:, i, k], **{**style, "linewidth": 0.5})
-            for k, unit in enumerate(("N m/rad", "N m s/rad")):
+                    thin = {**style, "linewidth": 0.5}
+                    axis.plot(speeds, low[:, i, k], label=f"{state.replace('_', ' ')}, held at zero: 95 %", **thin)
+                    axis.plot(speeds, high[:, i, k], **thin)
+            for k, unit in enumerate(("torque per angle, N m/rad", "torque per rate, N m s/rad")):
                 axes[k, i].axhline(0, color="k", linewidth=0.8)
                 axes[k, i].set(xlabel="speed, m/s", ylabel=unit, xlim=(speeds[0], speeds[-1]))
             axes[0, i].set(title=f"{name} torque")

@@ -25,6 +25,12 @@ def damping(file):
     return effect["parameters"]["damping"].values()
 
 
+def test_the_screen_of_a_real_case_is_shown(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (shown,) = run_page(section("diagnose", "Meaning"))
+    assert shown.startswith("unknown. ")
+
+
 @pytest.mark.usefixtures("no_pictures")
 def test_the_page_runs_and_the_damper_is_found(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

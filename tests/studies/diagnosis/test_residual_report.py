@@ -73,7 +73,7 @@ def test_the_json_has_the_torque_with_its_covariance(reported):
 def test_the_page_has_a_section_with_its_figure(reported):
     text = read_report(reported.folder)
     section = text.split("Unmodelled torque</summary>")[1].split("</details>")[0]
-    assert "is fitted by an empirical torque, linear in the state (`unmodelled_torque`)." in section
+    assert "are fitted by an empirical torque, linear in the state (`unmodelled_torque`)." in section
     value = reported.findings.torque.values["steer_from_steer_rate"]
     assert f"| steer torque from steer rate | {number(value, 3)} N m s/rad |" in section
     assert (reported.folder / "unmodelled_torque.png").stat().st_size > 10_000
