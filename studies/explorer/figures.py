@@ -473,7 +473,7 @@ def sensitivity_figure(ranking: Ranking, palette: Palette) -> Figure:
         palette,
         title=f"Sensitivity of {words} at {ranking.speed:.4g} m/s",
         below="for +1 standard uncertainty; hatched: destabilising",
-        xaxis={"title": {"text": "Change of the real part, 1/s"}},
+        xaxis={"title": {"text": "Change of real part, 1/s"}},
         yaxis={"type": "category"},
         meta={"columns": columns, "rows": rows},
     )

@@ -239,6 +239,18 @@ def overlap(one, other):
     return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
 
 
+def test_no_axis_title_is_cut_on_a_phone(shared, opened):
+    """The sensitivities of this model leave their axis the least width."""
+    shared.set_viewport_size({"width": 390, "height": 900})
+    page = opened(TYRES, new=True)
+    settled(page, "7")
+    until(page, NOTHING_WAITS)
+    for name in ("modes", "critical", "locus", "damping", "sensitivity", "amplitude"):
+        boxes = page.evaluate(BOXES, name)
+        assert all(boxes["graph"][0] <= part[0] < part[2] <= boxes["graph"][2] for part in boxes["axes"]), name
+    shared.set_viewport_size({"width": 1300, "height": 900})
+
+
 @pytest.mark.parametrize("width", [390, 1280])
 def test_nothing_of_a_figure_is_cut_or_printed_over(shared, opened, width):
     """With a soft front frame: six modes, wobble unstable at 10 m/s, a title of three lines."""
