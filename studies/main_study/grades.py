@@ -90,7 +90,7 @@ class GradedAnswer:
 def grade_samples(votes: Array, assumed: Mapping[str, Array], *, either: bool = False) -> GradedAnswer:
     """Give the grade of ``votes`` (n,): 1 for the question, -1 against it, 0 neither.
 
-    ``assumed`` holds the numbers (n,) of each assumption that nobody measured. With ``either`` each sample says yes or
+    ``assumed`` holds the numbers (n,) of each assumption that was not measured. With ``either`` each sample says yes or
     no, so the share of the other way is what is left and is not asked.
     """
     votes = np.asarray(votes)

@@ -20,7 +20,7 @@ from tyre.ground.arrays import Array
 
 # Steer amplitude of wobble: it lasts; not known; none without an impulse; none
 LASTS, NOT_KNOWN, KICKED, NONE = "lasts", "not known", "kicked", "none"
-OF_TYRE = {"trail": "trail", "twisting": "twisting torque", "camber_share": "camber thrust"}
+OF_TYRE = {"trail": "pneumatic trail", "twisting": "twisting torque", "camber_share": "camber stiffness"}
 
 
 class Cell(NamedTuple):
@@ -70,7 +70,7 @@ class CaseComparison:
 
     @property
     def assumed(self) -> bool:
-        """True if the case rests on a front frame that nobody measured."""
+        """True if the case rests on a front frame that was not measured."""
         return self.setup.assumed
 
     @property
@@ -80,12 +80,12 @@ class CaseComparison:
 
     @property
     def out_of_reach(self) -> bool:
-        """True if a wheel load or a pressure is far outside of what was measured."""
+        """True if a wheel load or a pressure lies more than one range width outside what was measured."""
         return any(result.case.out_of_reach for result in self.results)
 
 
 @dataclass(frozen=True, eq=False)
-class BarWobble:
+class SteerAmplitude:
     """Steer amplitude of wobble in one case."""
 
     amplitude: Amplitude  # motions of the reference case
@@ -101,7 +101,7 @@ class Answer:
     cases: tuple[CaseComparison, ...]  # reference first
     case_count: int  # cases that were asked for
     hinges: tuple[Hinge, ...]  # the largest change of the minimum damping ratio first
-    at_bar: tuple[BarWobble, ...]  # at the lowest and, if there are two, at the highest pressure
+    steer_amplitudes: tuple[SteerAmplitude, ...]  # at the lowest and, if there are two, at the highest pressure
     assumed: tuple[str, ...]  # names of what is assumed and not measured
 
     @property
@@ -127,8 +127,8 @@ class Answer:
 
     @property
     def tells_size(self) -> bool:
-        """True if the sizes of the wobble at the bar say more than none everywhere, or not known everywhere."""
-        states = {bar.state for bar in self.at_bar}
+        """True if the steer amplitudes are not all none and not all unknown."""
+        states = {amplitude.state for amplitude in self.steer_amplitudes}
         return bool(states) and states not in ({NONE}, {NOT_KNOWN})
 
     @property
@@ -139,12 +139,12 @@ class Answer:
 
     @property
     def place(self) -> int | None:
-        """Place of the pressure among what it hinges on, from 1; None for one pressure."""
+        """Rank of the pressure among the one-at-a-time effects, from 1; None for one pressure."""
         return next((k for k, hinge in enumerate(self.hinges, 1) if hinge.what == "pressure"), None)
 
     @property
     def pressure(self) -> Hinge | None:
-        """Pressure as one of what it hinges on; None for one pressure."""
+        """Pressure as a one-at-a-time effect; None for one pressure."""
         return self.hinges[self.place - 1] if self.place else None
 
     @property
@@ -173,7 +173,7 @@ def answer(study: Study) -> Answer:
         cases=tuple(cases),
         case_count=len(settings.setups),
         hinges=tuple(hinge for hinge in study.hinges if hinge.comparable),
-        at_bar=tuple(_judge_size(study, amplitude) for amplitude in study.amplitudes),
+        steer_amplitudes=tuple(_judge_size(study, amplitude) for amplitude in study.amplitudes),
         assumed=_name_assumed(study),
     )
 
@@ -196,7 +196,7 @@ def grade(settings: Settings, assumed_of_tyre: tuple[str, ...], *samples: Sample
 
 
 def unmeasured(settings: Settings, assumed_of_tyre: tuple[str, ...]) -> Mapping[str, Array]:
-    """Numbers (samples,) of each assumption of the reference case that nobody measured, in the units of its range."""
+    """Numbers (samples,) of each assumption of the reference case that was not measured, in the units of its range."""
     drawn, front = front_draws(settings), settings.front
     names = list(assumed_of_tyre)
     if front:
@@ -206,8 +206,8 @@ def unmeasured(settings: Settings, assumed_of_tyre: tuple[str, ...]) -> Mapping[
     return {name: drawn[name] for name in names}
 
 
-def _judge_size(study: Study, amplitude: Amplitude) -> BarWobble:
-    """Say whether the wobble of a case lasts, needs a kick, does not occur, or is not known."""
+def _judge_size(study: Study, amplitude: Amplitude) -> SteerAmplitude:
+    """Say whether the wobble of a case persists, needs an impulse, does not occur, or is not known."""
     result = study.result(study.settings.reference, amplitude.case)
     unstable = result is not None and result.span(study.settings.fastest) is not None
     if amplitude.wobble:
@@ -216,7 +216,7 @@ def _judge_size(study: Study, amplitude: Amplitude) -> BarWobble:
         state = NOT_KNOWN
     else:
         state = KICKED if amplitude.jumps else NONE
-    return BarWobble(amplitude, state)
+    return SteerAmplitude(amplitude, state)
 
 
 def _name_assumed(study: Study) -> tuple[str, ...]:

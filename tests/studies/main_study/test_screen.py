@@ -110,7 +110,7 @@ def test_the_first_screen_is_short_and_true(racing, heavy):
     )
     size = racing.hinges[found.place - 1].size
     assert f"pressure ({size:.3f}) ranks {found.place} of {len(racing.hinges)}." in text
-    assert "Assumed (*): front frame; arms; trail, twisting torque, camber thrust of the tyre." in text
+    assert "Assumed (*): front frame; arms; pneumatic trail, twisting torque, camber stiffness of the tyre." in text
     assert "extrapolated" not in text
     assert "The tyre values are extrapolated." in told(heavy)
 
