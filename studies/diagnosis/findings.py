@@ -82,7 +82,7 @@ class Alternative:
     """The closest alternative to what the verdict names; if it names nothing, the closest to an explanation."""
 
     name: str  # hypothesis, identifiers joined by +; "none" of no effect
-    probability: float
+    probability: float  # of the hypothesis among all that were fitted
     misfit: float  # chi^2 per data point that remains with it
     final_misfit: float  # the same of the final hypothesis
 

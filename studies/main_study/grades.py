@@ -45,6 +45,7 @@ class AgreementRule:
 class GradeRules:
     """Numbers of the rules, in the order in which they are tried."""
 
+    # tried in this order, before the two shares below
     agreement: tuple[AgreementRule, ...] = (
         AgreementRule(Grade.YES, Grade.NO, agree=0.90, oppose=0.02),
         AgreementRule(Grade.PROBABLY, Grade.PROBABLY_NOT, agree=2 / 3, oppose=0.05),
@@ -62,7 +63,7 @@ class Split:
 
     name: str  # of the assumption, as in ``Ranges``
     below: float  # share of the samples below the median that go this way
-    above: float
+    above: float  # share of those above it
     direction: int  # 1: the way of the question, -1: the other
 
     @property
@@ -75,7 +76,7 @@ class Split:
 class GradedAnswer:
     """Grade and the counts behind it."""
 
-    grade: Grade
+    grade: Grade  # of the first rule that holds
     for_it: int  # samples that go the way of the question
     against: int  # samples that go the other way
     count: int  # samples that were computed

@@ -190,7 +190,7 @@ class Setup:
     front; with a ``contact_half_length`` (m) the tyre is a string with its own pneumatic trail.
     """
 
-    front: Front | None
+    front: Front | None  # None: rigid front frame
     arms: Arms | None = None  # None: hands off
     camber_share: PerWheel = LIMITS.camber_share
     trail: PerWheel = ASSUMED["trail"].usual

@@ -59,7 +59,7 @@ class Part:
 class BicycleDrawing:
     """Parts in the upright position and the hinges, from the ground outward, that move them."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[Part, ...]  # in the upright position
     joints: tuple[Joint, ...]  # from the ground outward
 
     def pose(self, coordinates: Mapping[str, float], *, rolled: float = 0.0) -> list[Array]:
