@@ -239,8 +239,8 @@ PHENOMENOLOGICAL = (
         needs=needs_sweep,
     ),
     Term(
-        "pull force bends",
-        "pull force that falls behind with displacement",
+        "lateral stiffness not constant",
+        "lateral stiffness that changes with displacement",
         (RigParameter("share at the end", "1", (-0.2, 0.2)),),
         pull=_bend,
         needs=needs_pull,
