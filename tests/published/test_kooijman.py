@@ -79,5 +79,5 @@ def test_with_uncertain_parameters_nothing_is_named_and_a_trail_is_the_nearest_l
     assert found.posterior["none"] < 0.05
     assert found.nearest.chi2 < 0.7 * found.chi2["nuisance_only"] < 0.7 * found.chi2["nominal"]
     (failed,) = (check for check in found.checks if not check.passed)
-    assert failed.what == "nothing left for terms without a cause, p > 0.01"
+    assert failed.what == "residuals without empirical terms, p > 0.01"
     assert failed.figure.endswith("mostly steer torque from lean")

@@ -11,6 +11,7 @@ from tests.validation.__main__ import main, studies
 from tests.validation.blind import baseline
 
 TINY = {
+    "answer-grades": "--seed 3 --cases 1 --workers 1",
     "blind-test": "--seed 3 --cases 1 --cells modal-none --workers 1",
     "corrected-models": "--seed 4 --cases 1 --histories 0",
     "critical-speeds": "--seed 42 --models 4",

@@ -53,7 +53,7 @@ def test_a_rider_who_steers_costs_no_verdict():
     """The torque was not recorded; the bicycle alone runs away from what was ridden, beyond all numbers in trials."""
     found = judged("crash_svd_rider01", "steer_spring", runs=slice(0, 2), samples=100)
     assert found.verdict.verdict == "unknown"
-    assert any(doubt.startswith("does somebody steer?") for doubt in doubts(found))
+    assert any(doubt.startswith("if the rider steers, record the steer torque") for doubt in doubts(found))
 
 
 def test_a_member_of_a_family_is_found_where_another_one_is():
@@ -68,4 +68,4 @@ def test_a_bias_of_the_identification_is_doubted_where_it_explains_as_much():
     """The decays were identified with a bias; it was taken for physics."""
     found = judged("identification_bias_named_as_class", "front_compliance", "decay_offset", "wrong_trail")
     assert found.verdict.verdict != "named"
-    assert any(doubt.startswith("are the modes identified without bias?") for doubt in doubts(found))
+    assert any(doubt.startswith("an error of the mode identification (") for doubt in doubts(found))

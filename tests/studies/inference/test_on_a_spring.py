@@ -233,7 +233,7 @@ def test_a_name_beside_a_large_rest_must_close_nine_tenths_of_the_gap(hum, dampi
 
 
 @pytest.mark.parametrize(("problem", "words"), [
-    (lambda: UncertainParameter("mass", "kg", {}, 2.0, 0.0), "mass: scale = 0 must be above 0; leave out what"),
+    (lambda: UncertainParameter("mass", "kg", {}, 2.0, 0.0), "mass: scale = 0 must be above 0; omit what"),
     (lambda: UncertainParameter("mass", "kg", {}, 2.0, 1.0, 3.0, 3.0), "mass: nothing lies between the bounds 3"),
     (
         lambda: judge(Spring(recorded(1), candidates=(CANDIDATES[0], CANDIDATES[0]))),
