@@ -226,7 +226,7 @@ def test_how_large_wobble_gets_is_that_of_both_pressures(racing, heavy, report, 
     assert table(none, "## Amplitude of wobble") == [["3.5 bar", "none", "-", "-"], ["7.5 bar", "none", "-", "-"]]
     assert "(amplitude.png)" not in none
     refused = replace(racing, amplitudes=(main_study.Amplitude(racing.amplitudes[0].case, refused="leave out drag"),))
-    assert "wobble at the bar" not in main_study.first_screen(refused)
+    assert "steer amplitude" not in main_study.first_screen(refused)
     told = report(refused)
     assert table(told, "## Amplitude of wobble") == [["3.5 bar", "not known", "-", "-"]]
     assert "Not known: leave out drag." in told
