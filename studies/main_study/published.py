@@ -39,6 +39,7 @@ class Finding:
     """A published range."""
 
     who: str  # authors and year
+    kind: str  # ``model``, ``measurement``, or ``both``: a model compared with a measurement
     quantity: str  # name with its unit, a key of :func:`list_quantities`
     low: float  # in the unit of the quantity
     high: float  # likewise

@@ -205,6 +205,7 @@ def _comparisons(study: Study) -> Iterator[Row]:
         low, high = comparison.ours or (None, None)
         yield {
             "who": comparison.finding.who,
+            "kind": comparison.finding.kind,
             "quantity": comparison.finding.quantity,
             "hands": comparison.finding.hands,
             "published_low": comparison.finding.low,

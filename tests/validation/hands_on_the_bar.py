@@ -1,4 +1,6 @@
-"""Which arms on the bar wobble as Klinger et al. (2014) say: 8 to 12 Hz, from 2 to 6 m/s on, steer 3 to 5 times roll?
+"""Which arms on the handlebar wobble as the model of Klinger et al. (2014) does?
+
+Its bands: 8 to 12 Hz, from 2 to 6 m/s on, steer 3 to 5 times roll.
 
 Arms of the packaged rider `charlie` on the Pista in three postures (effect rider_hands): the mass that his bodies put
 on the hands, all else drawn log-uniformly within assumed ranges, the front's flexibility too. Tyre 1 at 5.5 bar, camber

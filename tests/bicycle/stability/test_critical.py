@@ -189,7 +189,7 @@ def test_wobble_bands_of_the_compliant_front(tyred, length, begin, end, weave):
     ends = pytest.approx(begin, abs=1e-4), pytest.approx(end, abs=1e-4)
     assert band == list(zip(ends, ("destabilising", "stabilising"), strict=True))
     assert [c.speed for c in found if c.mode == "weave" and c.speed > 10] == [pytest.approx(weave, abs=1e-4)]
-    middle = (begin + end) / 2  # 5-8 Hz as Plöchl et al. (2012), Vehicle System Dynamics 50, report
+    middle = (begin + end) / 2  # 5-8 Hz as Plöchl et al. (2012), Vehicle System Dynamics 50, compute
     wobble = modes(model, [middle]).branch("wobble")[0, 0]
     assert wobble.real > 0
     assert 5 < wobble.imag / (2 * np.pi) < 8
