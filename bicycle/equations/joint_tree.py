@@ -45,7 +45,7 @@ class JointTree:
         return len(self.ancestors(name))
 
     def hangs(self, name: str, ancestor: str) -> bool:
-        """Whether a joint is another one or one of its descendants."""
+        """True if a joint is another one or one of its descendants."""
         return ancestor in (name, *self.ancestors(name))
 
     def outward(self) -> list[Joint]:

@@ -95,7 +95,7 @@ def read_modal_columns(
 
 
 def _heading(column: str, column_names: Iterable[str], units: Mapping[str, str], path: Path) -> Heading:
-    """What a ``column`` holds by its name, and its factor to SI; it holds "" if the name is not understood."""
+    """Quantity of a ``column`` by its name, and its factor to SI; the quantity is "" if the name is not understood."""
     if column in column_names:
         return Heading(column, column)
     base, unit = split_unit(column)

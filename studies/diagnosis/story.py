@@ -79,7 +79,7 @@ class Where:
 
     @property
     def axis_name(self) -> str:
-        """What the places are of, without its unit."""
+        """Quantity along which the places lie, without its unit."""
         return self.axis.rpartition(", ")[0]
 
     @property
@@ -103,7 +103,7 @@ class LookAlikes:
 
     @property
     def other_singles(self) -> tuple[tuple[str, float], ...]:
-        """Those of ``singles`` that are not the nearest."""
+        """Single effects and what each leaves, without the nearest."""
         return tuple((name, share) for name, share in self.singles if name != self.nearest)
 
     @property
@@ -113,7 +113,7 @@ class LookAlikes:
 
     @property
     def others_tried(self) -> int:
-        """How many hypotheses of one effect were tried in addition to the nearest."""
+        """Number of hypotheses of one effect that were tried in addition to the nearest."""
         return self.tried - (len(self.singles) - len(self.other_singles))
 
     @property

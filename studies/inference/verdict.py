@@ -162,12 +162,12 @@ class Verdict:
 
     @property
     def missing(self) -> list[Named]:
-        """What is named of the bicycle or the tyre."""
+        """Effects of the bicycle or the tyre that are named."""
         return [effect for effect in self.effects if not effect.mistake]
 
     @property
     def mistakes(self) -> list[Named]:
-        """What is named of the ride, the measurement or its file."""
+        """Errors of the ride, the measurement or its file that are named."""
         return [effect for effect in self.effects if effect.mistake]
 
     @property

@@ -151,7 +151,7 @@ class Hinge:
 
 
 class Variant(NamedTuple):
-    """What one model is made of."""
+    """Study, setup and tyre of one model."""
 
     settings: Settings  # study with its bicycle
     setup: Setup  # case on the tyre

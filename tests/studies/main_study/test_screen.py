@@ -14,6 +14,7 @@ from studies.main_study import (
     answer,
     first_screen,
     front_draws,
+    grade,
     grade_samples,
     on_a_terminal,
     record,
@@ -146,3 +147,13 @@ def test_the_rule_is_printed_on_request(printed):
     for rule in GRADE_RULES.agreement:
         assert f"at least {100 * rule.agree:.0f} % at most {100 * rule.oppose:.0f} %" in text
     assert f"its halves differ by at least {100 * GRADE_RULES.split:.0f} points" in text
+
+
+def test_one_condition_says_in_how_many_samples_the_unstable_range_counts(racing):
+    """The table counts each sample that is unstable at all; the answer those over at least 1 m/s."""
+    low = racing.samples[0]
+    end = np.array([5.5, 5.5, 8.0, 8.0, np.nan, np.nan])
+    samples = replace(low, onset=np.where(np.isnan(end), np.nan, 5.0), end=end, computed=np.ones(6, bool))
+    graded = grade(racing.settings, (), samples)
+    assert (graded.grade, graded.for_it, graded.against) == ("probably_not", 2, 4)
+    assert samples.wobbling_share == pytest.approx(4 / 6)
