@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 from bicycle.equations.declarations import Coordinate, Mode
 from bicycle.equations.lateral import ModelBuilder
 from bicycle.parameters.bicycle import bodies
+from bicycle.parameters.front_hinge import critical_damping
 from bicycle.parameters.parameter_covariance import WHEELS
 from tyre.ground.door import library
 from tyre.ground.errors import InputError, is_number, refuse_unknown, shown
@@ -21,6 +22,9 @@ sp = library("sympy")
 
 ANY = (-math.inf, math.inf)
 """Bounds of a parameter of either sign."""
+
+DAMPING_RATIO = "damping_ratio"
+"""Key of a sprung joint in place of its damping: share of critical damping."""
 
 
 @dataclass(frozen=True)
@@ -381,10 +385,57 @@ class Effect:
 
 
 class SprungJoint(Effect):
-    """An effect that is a joint with the parameters ``stiffness`` and ``damping``."""
+    """An effect that is a joint with the parameters ``stiffness`` and ``damping``.
+
+    A joint that defines ``carried_inertia`` also takes ``damping_ratio``, the share of critical damping while all else
+    is held, in place of ``damping``.
+    """
 
     stiffness: Any
     damping: Any
+
+    def __init__(self, /, **values: Any) -> None:
+        ratio = values.pop(DAMPING_RATIO, None)
+        if ratio is None:
+            super().__init__(**values)
+            return
+        where = f"effect {self.identifier!r}"
+        if type(self).carried_inertia is SprungJoint.carried_inertia:
+            raise InputError(f"{where}: {DAMPING_RATIO} is not possible here; give damping in N m s/rad")
+        if "damping" in values:
+            raise InputError(f"{where}: damping and {DAMPING_RATIO} say the same; remove one")
+        if not is_number(ratio) or not 0 <= ratio <= 2:
+            raise InputError(
+                f"{where}: {DAMPING_RATIO} = {shown(ratio)} must be between 0 and 2, the share of critical"
+            )
+        super().__init__(**values)
+        del self._given["damping"], self.__dict__["damping"]
+        self._given[DAMPING_RATIO] = float(ratio)
+
+    def carried_inertia(self, values: Mapping[str, float]) -> float:
+        """Moment of inertia (kg m^2) about the joint of what it carries, all else held.
+
+        ``values`` holds the parameters of the bicycle, and those of the effect under their names, SI.
+        """
+        raise NotImplementedError
+
+    def values(self, bicycle: Mapping[str, float]) -> dict[str, float]:
+        """Every parameter as ``identifier.name``, SI; a ``damping_ratio`` becomes the damping on this ``bicycle``."""
+        if DAMPING_RATIO not in self._given:
+            return super().values(bicycle)
+        numbers: dict[str, float] = {}
+        for p in self.parameters:
+            tied = p.name not in self._given and p.name != "damping"
+            numbers[p.name] = bicycle[str(p.default)] if tied else self._given.get(p.name, math.nan)
+        inertia = self.carried_inertia({**bicycle, **numbers})
+        numbers["damping"] = float(self._given[DAMPING_RATIO] * critical_damping(self.stiffness, inertia))
+        return {f"{self.identifier}.{name}": number for name, number in numbers.items()}
+
+    def __repr__(self) -> str:
+        if DAMPING_RATIO not in self._given:
+            return super().__repr__()
+        numbers = ", ".join(f"{name}={number!r}" for name, number in self._given.items())
+        return f"{type(self).__name__}({numbers})"
 
     def check(self, bicycle: Mapping[str, float]) -> None:
         if math.isinf(self.stiffness):

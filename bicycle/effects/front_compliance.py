@@ -1,9 +1,11 @@
 """Flexible fork and head tube."""
 
 import math
+from collections.abc import Mapping
 
 from bicycle.effects.effect import ANY, Mode, Parameter, SprungJoint
 from bicycle.equations.lateral import ModelBuilder
+from bicycle.parameters.front_hinge import front_inertia
 from tyre.ground.door import library
 
 sp = library("sympy")
@@ -13,11 +15,16 @@ class FrontCompliance(SprungJoint):
     """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
 
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
+    ``damping_ratio``, of the front on its hinge with the rear frame held, may be given in place of ``damping``.
     """
 
     stiffness = Parameter("N m/rad", "of the hinge", typical=(1e3, 1e4), default=3e3, neutral=math.inf, least=2e4)
     damping = Parameter(
-        "N m s/rad", "of the hinge", typical=(5.0, 40.0), evidence="assumed, not measured", default=20.0
+        "N m s/rad",
+        "of the hinge",
+        typical=(5.0, 40.0),
+        evidence="assumed for frame and seated rider together, where the rider is fixed; agrees with riders' reports",
+        default=20.0,
     )
     joint_x = Parameter("m", "hinge", bounds=ANY, typical=(0.7, 1.0))
     # A fork that bends alone, clamped at its crown, turns about a point two thirds of its length above the axle.
@@ -35,6 +42,11 @@ class FrontCompliance(SprungJoint):
     )
     modes = (Mode("front_compliance", marks=("front_compliance", "front"), place=5, look=1),)
     signature = "wobble at 5-8 Hz becomes unstable at ordinary speeds and stable again above; weave loses damping"
+
+    def carried_inertia(self, values: Mapping[str, float]) -> float:
+        """Moment of inertia (kg m^2) of the front frame and its wheel about the hinge, the rear frame held."""
+        place = {key: values[key] for key in ("joint_x", "joint_z", "axis_tilt")}
+        return float(front_inertia(values, **place))
 
     def apply(self, model: ModelBuilder) -> None:
         twist = model.add_joint(

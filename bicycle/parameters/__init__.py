@@ -25,6 +25,7 @@ __getattr__, __dir__ = room(
             "inertia_coordinates",
             "is_rod",
         ),
+        "front_hinge": ("FRONT", "critical_damping", "front_inertia", "height_above_hub", "hinge_at"),
         "rigid_bodies": ("Body",),
     },
 )

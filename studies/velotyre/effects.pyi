@@ -209,13 +209,15 @@ class FrontCompliance(Effect):
     """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
 
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
+    ``damping_ratio``, of the front on its hinge with the rear frame held, may be given in place of ``damping``.
 
     Parameters
     ----------
     stiffness : float, N m/rad, default 3000
         Of the hinge; typical 1000 .. 10000, allowed 0 .. inf; the effect vanishes at inf; negligible above 20000.
     damping : float, N m s/rad, default 20
-        Of the hinge; typical 5 .. 40 (assumed, not measured), allowed 0 .. inf.
+        Of the hinge; typical 5 .. 40 (assumed for frame and seated rider together, where the rider is fixed; agrees
+        with riders' reports), allowed 0 .. inf.
     joint_x : float, m
         Hinge; typical 0.7 .. 1, allowed any.
     joint_z : float, m

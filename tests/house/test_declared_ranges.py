@@ -125,7 +125,7 @@ def test_sensitivity_and_uncertainty_take_the_same_deviation_and_the_page_of_the
         expected = value * math.log(high / low) / 4
         assert (ranked[key], deviations[key].sd) == pytest.approx((expected, expected))
         kind = effect_class(key.partition(".")[0])
-        row = next(line for line in describe(kind).splitlines() if f"`{key.split('.')[1]}`" in line)
+        row = next(line for line in describe(kind).splitlines() if line.startswith(f"| `{key.split('.')[1]}`"))
         assert f"| {low:g} .. {high:g} | 0 .. inf | {value:g} |" in row
         assert declared(kind.identifier, key.split(".")[1]).evidence in describe(kind)
 

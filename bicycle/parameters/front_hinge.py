@@ -1,0 +1,53 @@
+"""Hinge of the front frame: its place above the hub, and the inertia of what it carries.
+
+The front frame is the handlebar, the fork and the front wheel; the hinge stands for its flexibility.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bicycle.parameters.bicycle import bodies
+from bicycle.parameters.rigid_bodies import Joint, mass_matrix
+
+FRONT = frozenset({"front frame", "front wheel"})
+
+
+def front_inertia(p: Mapping[str, Any], *, joint_x: Any, joint_z: Any, axis_tilt: Any) -> Any:
+    """Compute the moment of inertia (kg m^2) of the front frame with its wheel about a hinge, the rear frame held.
+
+    Parameters
+    ----------
+    p : mapping
+        Parameters of the bicycle, SI, keys of Meijaard et al. (2007).
+    joint_x, joint_z : float or array
+        A point of the axis, m before the rear contact and m below the ground (negative).
+    axis_tilt : float or array
+        Angle of the axis above the horizontal, rad, forward end up.
+    """
+    hinge = Joint("hinge", np.cos(axis_tilt), -np.sin(axis_tilt), joint_x, joint_z, FRONT)
+    parts = [body for body in bodies(p) if body.name in FRONT]
+    return mass_matrix(parts, [hinge])[2, 2]
+
+
+def critical_damping(stiffness: Any, inertia: Any) -> Any:
+    """Compute the damping (N m s/rad) at which a sprung hinge no longer oscillates: 2 sqrt(k I)."""
+    return 2 * np.sqrt(stiffness * inertia)
+
+
+def hinge_at(p: Mapping[str, float], height_above_hub: float) -> tuple[float, float]:
+    """Find the point (joint_x, joint_z), m, on the steer axis ``height_above_hub`` (m) above the front hub.
+
+    The height is measured along the steer axis, from the point of the axis nearest to the hub.
+    """
+    sine, cosine = math.sin(p["lam"]), math.cos(p["lam"])
+    joint_z = -(p["c"] * sine + p["rF"] * cosine + height_above_hub) * cosine
+    return p["w"] + p["c"] + joint_z * math.tan(p["lam"]), joint_z
+
+
+def height_above_hub(p: Mapping[str, float], joint_z: float) -> float:
+    """Find the height (m) of a hinge at ``joint_z`` (m, down) above the front hub, along the steer axis."""
+    sine, cosine = math.sin(p["lam"]), math.cos(p["lam"])
+    return -joint_z / cosine - p["c"] * sine - p["rF"] * cosine
