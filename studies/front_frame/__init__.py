@@ -1,1 +1,1 @@
-"""The front frame from published figures: a magazine's stiffness of head tube and fork, or a laboratory's deflection."""
+"""The front frame from published figures: stiffness of head tube and fork, or a deflection at the ground."""
