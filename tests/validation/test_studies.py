@@ -27,6 +27,7 @@ TINY = {
 SLOW = {"benchmark", "credit", "damaged-inputs", "every-bicycle", "field-cases", "foreign-rig", "free-decays"}
 SLOW |= {"joint-diagnosis", "readings", "unmodelled-torque", "search-optimum", "sensitivity-mpmath", "sensor-faults"}
 SLOW |= {"hostile-values", "independent-derivation", "ridden", "sweep-scale", "under-a-rider"}
+SLOW |= {"what-riders-report"}  # its own test is test_what_riders_report
 
 
 def test_all_studies_are_listed():
