@@ -344,6 +344,17 @@ class Effect:
             for key in parameter.entries()
         }
 
+    @property
+    def table(self) -> dict[str, Any]:
+        """Numbers that were given, SI, as the table of a model file holds them."""
+        written: dict[str, Any] = {}
+        for p in self.parameters:
+            if not hasattr(self, p.name):
+                continue
+            value = getattr(self, p.name)
+            written[p.name] = {"rear": value.rear, "front": value.front} if p.per_wheel else float(value)
+        return written
+
     def doubts(self, reach: float = 1.0) -> dict[str, Doubt]:
         """Values outside what is usual, by ``name[.wheel]``, equal wheels by ``name``; ``reach``: factor of it."""
         doubts: dict[str, Doubt | None] = {}
@@ -430,6 +441,12 @@ class SprungJoint(Effect):
         inertia = self.carried_inertia({**bicycle, **numbers})
         numbers["damping"] = float(self._given[DAMPING_RATIO] * critical_damping(self.stiffness, inertia))
         return {f"{self.identifier}.{name}": number for name, number in numbers.items()}
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """As of any effect; a ``damping_ratio`` stays one."""
+        ratio = {DAMPING_RATIO: self._given[DAMPING_RATIO]} if DAMPING_RATIO in self._given else {}
+        return super().table | ratio
 
     def __repr__(self) -> str:
         if DAMPING_RATIO not in self._given:

@@ -96,10 +96,10 @@ def _stated_deviation(model: Model, key: str) -> Deviation | None:
     if key in model.bicycle.sd:
         sd = model.bicycle.sd[key]
         return Deviation(sd, FILE) if sd else Deviation(0.0, EXACT, "stated as 0")
-    if model.covariance.origin == MODEL_FILE and model.sd.get(key) == 0:
+    if model.covariance.origin_of(key) == MODEL_FILE and model.sd.get(key) == 0:
         return Deviation(0.0, EXACT, "stated as 0")
     if model.sd.get(key) and key not in model.assumed_sd:
-        return Deviation(model.sd[key], model.covariance.origin if key in model.covariance.names else TABLE)
+        return Deviation(model.sd[key], model.covariance.origin_of(key) if key in model.covariance.names else TABLE)
     if key == "g":
         return Deviation(0.0, EXACT, "known")
     declared = _find_parameter(model, key)

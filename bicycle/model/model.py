@@ -123,7 +123,7 @@ class Model:
             f"{effect.identifier}.{key}": str(parameter.default)
             for effect in self.effects
             for parameter in effect.parameters
-            if not hasattr(effect, parameter.name)
+            if not hasattr(effect, parameter.name) and isinstance(parameter.default, str)
             for key in parameter.entries()
         }
 

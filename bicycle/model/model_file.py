@@ -5,11 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bicycle.effects.effect import Effect
+from bicycle.effects.effect import DAMPING_RATIO, Effect
 from bicycle.effects.effect_registry import effect_class
 from bicycle.files.bicycle_files import bicycle_place, load_bicycle
 from bicycle.files.bicycle_numbers import given_numbers
 from bicycle.model.default_sd import MODEL_FILE
+from bicycle.model.effect_numbers import effect_covariance, plain_effects
 from bicycle.model.model import Model
 from bicycle.model.wheel_tyres import mounted_tyres, tyre_notes, unused_offers, with_tyre_values
 from bicycle.parameters.bicycle import UNUSED, Bicycle, doubts_about, of_kind
@@ -32,8 +33,10 @@ def stated_covariance(model: Model, content: Mapping[str, Any]) -> ParameterCova
             raise InputError(f"{where}: {name} equals {model.tied[name]} of the bicycle and follows it; remove it")
         if name in model.bicycle.sd:
             raise InputError(f"{where}: the bicycle states an sd of {name} already; keep one of them")
-    if model.sd:
-        raise InputError(f"{where}: a measured tyre brings a covariance of its own; give its numbers instead")
+        if name in model.covariance.of_file:
+            raise InputError(f"{where}: [effects] state an sd of {name} already; keep one of them")
+        if name in model.sd:
+            raise InputError(f"{where}: the measured tyre states an sd of {name} already; give its numbers instead")
     return covariance
 
 
@@ -104,7 +107,7 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     model_tables = schema.read(MODEL, content)
     allow = model_tables[WAY_OUT]
     bicycle = _bicycle(model_tables["bicycle"], folder, allow_unusual=allow)
-    tables = model_tables["effects"]
+    tables, sd = plain_effects(model_tables["effects"])
     tyres = mounted_tyres(tables, folder, bicycle)
     effects: list[Effect] = []
     covariance = ParameterCovariance()
@@ -119,10 +122,19 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
             refuse_absurd(effects[-1].doubts(of_kind(bicycle.kind)[1]).values(), where="model file")
     notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]
     model = Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance, unusual=allow)
-    if SECTION not in model_tables:
-        return model
-    stated_by_file = stated_covariance(model, model_tables[SECTION])
-    return replace(model, sd=stated_by_file.sd, covariance=stated_by_file)
+    if sd:
+        ratios = {name: table[DAMPING_RATIO] for name, table in tables.items() if DAMPING_RATIO in table}
+        model = _with_stated(model, effect_covariance(sd, model.parameters, ratios))
+    if SECTION in model_tables:
+        model = _with_stated(model, stated_covariance(model, model_tables[SECTION]))
+    return model
+
+
+def _with_stated(model: Model, stated: ParameterCovariance) -> Model:
+    """The model with a covariance that its file states."""
+    if not model.sd:  # no tyre states any: all that is stated is the file's
+        return replace(model, sd=stated.sd, covariance=replace(stated, of_file=stated.names))
+    return replace(model, sd={**model.sd, **stated.sd}, covariance=model.covariance.with_file(stated))
 
 
 def allows_unusual(content: Mapping[str, Any]) -> bool:

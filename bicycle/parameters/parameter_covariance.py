@@ -74,6 +74,15 @@ class ParameterCovariance(JointCovariance):
     """Covariance of parameters, ``effect.name[.wheel]`` or bicycle keys, and where it comes from."""
 
     origin: str = TABLE  # what states it: TABLE, FILE or MODEL_FILE
+    of_file: tuple[str, ...] = ()  # names that the model file states, whatever states the others
+
+    def origin_of(self, name: str) -> str:
+        """What states the uncertainty of one parameter."""
+        return MODEL_FILE if name in self.of_file else self.origin
+
+    def with_file(self, other: "ParameterCovariance") -> "ParameterCovariance":
+        """This and what the model file states of other parameters."""
+        return replace(self.and_also(other), of_file=(*self.of_file, *other.names))
 
 
 def checked_covariance(names: Sequence[str], covariance: ArrayLike) -> Array:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effects.effect import Effect, effect_of
+from bicycle.effects.effect import effect_of
 from bicycle.model.default_sd import MODEL_FILE
 from bicycle.model.model import DEFAULT_CONTACT, Model
 from bicycle.model.model_file import SECTION, build_model
@@ -137,7 +137,7 @@ def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None, bicycle
         "description": about,
         WAY_OUT: False,
         "bicycle": model.bicycle.table,
-        "effects": {e.identifier: _table(e) for e in model.effects if e.identifier != DEFAULT_CONTACT},
+        "effects": {e.identifier: e.table for e in model.effects if e.identifier != DEFAULT_CONTACT},
     }
     names, matrix = model.covariance.names, model.covariance.matrix.tolist()
     rows = [f"  [{', '.join(format(x, '.10g') for x in row)}]," for row in matrix]  # a row of the matrix in a line
@@ -149,13 +149,3 @@ def _text(diagnosis: Diagnosis, model: Model, residual: Residual | None, bicycle
         content[WAY_OUT] = True  # far from other bicycles, but what the data say
         build_model(content | tomllib.loads(spread))
     return tomli_w.dumps(content) + spread
-
-
-def _table(effect: Effect) -> dict[str, Any]:
-    """The numbers of an effect as a model file holds them."""
-    numbers = {}
-    for p in effect.parameters:
-        if hasattr(effect, p.name):
-            value = getattr(effect, p.name)
-            numbers[p.name] = {"rear": value.rear, "front": value.front} if p.per_wheel else float(value)
-    return numbers

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bicycle.effects.effect import PerWheel
 from bicycle.files.bicycle_numbers import covariance_table, model_table
 from bicycle.model.model import DEFAULT_CONTACT, Model
 from bicycle.parameters.bicycle import Bicycle, by_key
@@ -43,10 +42,7 @@ def content_of(model: AnyModel) -> dict[str, Any]:
         model = Model(model)
     if isinstance(model, Model):
         effects = {e.identifier: e for e in model.effects if e.identifier != DEFAULT_CONTACT}
-        tables = {
-            name: {p.name: _plain(getattr(e, p.name)) for p in e.parameters if hasattr(e, p.name)}
-            for name, e in effects.items()
-        }
+        tables = {name: e.table for name, e in effects.items()}
         content: dict[str, Any] = {"bicycle": model_table(model.bicycle), WAY_OUT: True, "effects": tables}
         return content | covariance_table(_beside_bicycle(model))
     if hasattr(model, "state_matrix"):
@@ -65,10 +61,6 @@ def _beside_bicycle(model: Model) -> ParameterCovariance:
     variances = [0.0] * len(together) + [sd**2 for sd in uncorrelated.values()]
     names = (*together, *uncorrelated)
     return ParameterCovariance(names, model.covariance.among(names) + np.diag(variances))
-
-
-def _plain(value: Any) -> Any:
-    return {"rear": value.rear, "front": value.front} if isinstance(value, PerWheel) else float(value)
 
 
 def model_of(model: AnyModel) -> Model:

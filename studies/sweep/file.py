@@ -374,20 +374,22 @@ class _Sampled:
     def _read_stated(self, varied: set[str]) -> tuple[list[Normal], list[dict[str, Any]]]:
         """Deviations that the bicycle's file states one by one, and those stated together by it or the model."""
         model = self.model
-        covariance = model.covariance if model.covariance.origin == MODEL_FILE else model.bicycle.covariance
+        covariance = model.covariance
+        together = {k for k in covariance.names if covariance.origin_of(k) == MODEL_FILE}
+        together |= set(model.bicycle.covariance.names)
         sd = {
-            key: value
-            for key, value in model.bicycle.sd.items()
-            if value > 0 and key in UNITS and key not in covariance.names
+            key: value for key, value in model.bicycle.sd.items() if value > 0 and key in UNITS and key not in together
         }
-        if not sd and not any(covariance.sd.values()):
+        if not sd and not any(covariance.sd[key] for key in together):
             raise InputError(
                 f"sampled.bicycle_sd: bicycle {model.bicycle.name!r} states no standard deviations; give them in its "
                 "file ([sd]), in [covariance] of the model file, or of single parameters here, such as c = {sd = 0.003}"
             )
         single = [Normal((key,), (model.bicycle[key],), ((value,),)) for key, value in sd.items() if key not in varied]
         names = [
-            k for k, value in covariance.sd.items() if value > 0 and not varied & {k, str(ParameterKey.parse(k).whole)}
+            k
+            for k, value in covariance.sd.items()
+            if value > 0 and k in together and not varied & {k, str(ParameterKey.parse(k).whole)}
         ]
         joint = [{"parameters": names, "covariance": covariance.among(names).tolist()}] if names else []
         return single, joint

@@ -50,6 +50,12 @@ def test_a_model_with_a_ratio_is_the_model_with_its_damping():
     assert by_ratio.effects[0] != by_damping.effects[0]
 
 
+def test_a_ratio_is_no_parameter_that_follows_the_bicycle_and_stays_in_a_file():
+    model = Model(load_bicycle("pista"), (effect("front_compliance", **HINGE, damping_ratio=0.2),))
+    assert model.tied == {"front_compliance.axis_tilt": "lam"}
+    assert model.effects[0].table == {**HINGE, "damping_ratio": 0.2}
+
+
 @pytest.mark.parametrize(
     ("kind", "values", "words"),
     [

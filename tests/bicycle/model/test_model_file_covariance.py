@@ -92,9 +92,40 @@ def test_a_parameter_that_follows_another_or_is_stated_already_is_refused():
         build_model({"bicycle": "browser", "covariance": {"parameters": [key], "matrix": [[1e-9]]}})
 
 
-def test_a_measured_tyre_brings_its_own(tmp_path):
-    tyre = {"cornering_stiffness": "tyre", "relaxation_length": "tyre", "tyre": "Tyre1", "pressure_bar": 5.5}
-    content = {"bicycle": "benchmark", "effects": {"relaxation_length": tyre}}
-    assert build_model(content).sd
-    with pytest.raises(InputError, match="a measured tyre brings a covariance of its own; give its numbers instead"):
-        build_model(content | {"covariance": {"parameters": ["c"], "matrix": [[4e-6]]}})
+MEASURED_TYRE = {
+    "cornering_stiffness": "tyre",
+    "relaxation_length": "tyre",
+    "tyre": "Tyre1",
+    "pressure_bar": 5.5,
+}
+
+
+def test_a_measured_tyre_brings_that_of_its_own_numbers():
+    content = {"bicycle": "benchmark", "effects": {"relaxation_length": MEASURED_TYRE}}
+    name = "relaxation_length.cornering_stiffness.front"
+    assert name in build_model(content).sd
+    with pytest.raises(InputError, match=f"the measured tyre states an sd of {name} already; give its numbers instead"):
+        build_model(content | {"covariance": {"parameters": [name], "matrix": [[4e4]]}})
+
+
+def test_a_front_frame_that_was_measured_goes_with_a_measured_tyre():
+    """The file states the front, the table the tyre: both travel, each under its own name, without correlation."""
+    front = {"stiffness": 4200.0, "damping": 17.0, "joint_x": 0.877, "joint_z": -0.614}
+    names = ["front_compliance.stiffness", "front_compliance.joint_z"]
+    matrix = [[1e4, -0.2], [-0.2, 1.6e-5]]
+    content = {
+        "bicycle": "pista_charlie_drops",
+        "effects": {"relaxation_length": MEASURED_TYRE, "front_compliance": front},
+        "covariance": {"parameters": names, "matrix": matrix},
+    }
+    model = build_model(content)
+    found = standard_deviations(model)
+    assert found[names[0]].sd == pytest.approx(100.0)
+    assert found[names[0]].origin == "model file"
+    assert found["relaxation_length.relaxation_length.front"].origin == "tyre table"
+    drawn, covariance = UncertainModel(content).covariance()
+    order = [drawn.index(name) for name in names]
+    np.testing.assert_allclose(covariance[np.ix_(order, order)], matrix, rtol=1e-6)
+    tyre = drawn.index("relaxation_length.relaxation_length.front")
+    assert covariance[tyre, tyre] > 0
+    assert covariance[tyre, order[0]] == pytest.approx(0.0, abs=1e-12)
