@@ -21,6 +21,7 @@ TINY = {
     "limit-cycles": "--seed 6 --models 2",
     "mode-names": "--seed 5 --bicycles 1 --models 2",
     "pull-shapes": "--seed 7 --draws 1 --workers 1",
+    "published-front-figures": "--seed 5 --frames 6 --fresh 3",
     "repeats": "--seed 5 --campaigns 20",
     "rig-coverage": "--seed 99 --campaigns 1 --jobs 1",
 }
