@@ -18,7 +18,7 @@ class FrontCompliance(SprungJoint):
     ``damping_ratio``, of the front on its hinge with the rear frame held, may be given in place of ``damping``.
     """
 
-    stiffness = Parameter("N m/rad", "of the hinge", typical=(1e3, 1e4), default=3e3, neutral=math.inf, least=2e4)
+    stiffness = Parameter("N m/rad", "of the hinge", typical=(1e3, 1e4), default=5e3, neutral=math.inf, least=2e4)
     damping = Parameter(
         "N m s/rad",
         "of the hinge",

@@ -13,6 +13,8 @@ from bicycle.parameters.rigid_bodies import Body, Joint, mass_matrix
 from tyre.ground.errors import InputError, is_number, refuse_unknown, shown
 from tyre.measured.plausible import LARGEST, Doubt, doubt
 
+LIGHTEST_RIDDEN = 30.0  # kg of a rear frame that may hold a rider
+
 UNITS: Mapping[str, str] = MappingProxyType(
     {
         "w": "m", "c": "m", "lam": "rad", "g": "m/s^2",

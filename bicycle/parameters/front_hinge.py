@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bicycle.parameters.bicycle import bodies
-from bicycle.parameters.rigid_bodies import Joint, mass_matrix
+from bicycle.parameters.rigid_bodies import Joint
 
 FRONT = frozenset({"front frame", "front wheel"})
 
@@ -25,11 +25,16 @@ def front_inertia(p: Mapping[str, Any], *, joint_x: Any, joint_z: Any, axis_tilt
     joint_x, joint_z : float or array
         A point of the axis, m before the rear contact and m below the ground (negative).
     axis_tilt : float or array
-        Angle of the axis above the horizontal, rad, forward end up.
+        Angle of the axis above the horizontal, rad, forward end up. Arrays of parameters give an array.
     """
     hinge = Joint("hinge", np.cos(axis_tilt), -np.sin(axis_tilt), joint_x, joint_z, FRONT)
-    parts = [body for body in bodies(p) if body.name in FRONT]
-    return mass_matrix(parts, [hinge])[2, 2]
+    x, z = hinge.axis_x, hinge.axis_z
+    inertia = 0.0
+    for body in bodies(p):
+        if body.name in FRONT:
+            about_its_centre = body.Ixx * x**2 + body.Izz * z**2 + 2 * body.Ixz * x * z
+            inertia = inertia + about_its_centre + body.mass * hinge.lever(body.x, body.z) ** 2
+    return inertia
 
 
 def critical_damping(stiffness: Any, inertia: Any) -> Any:

@@ -19,6 +19,7 @@ from bicycle.parameters.bicycle import UNITS, Bicycle, doubts_about
 from bicycle.rider.rider_body import RigidBody
 from bicycle.stability.critical import DESTABILISING, STABILISING, CriticalSpeed, critical_speeds
 from bicycle.stability.propagation import critical_speed_gradients, model_covariance, standard_deviation
+from studies.main_study.result import wobble_span
 from studies.main_study.settings import Front, Ranges, assumed_front
 from studies.reporting.markdown_text import render_file
 from tyre.ground.arrays import Array
@@ -40,7 +41,8 @@ class Limits:
     tyre: str = "Tyre1"  # packaged tyre on both wheels for wobble
     bar: float = 5.5  # bar, its pressure
     stiffness: tuple[float, float] = Ranges.stiffness  # of a flexible front, N m/rad, drawn evenly in its logarithm
-    damping: tuple[float, float] = Ranges.damping  # N m s/rad, likewise
+    damping_ratio: tuple[float, float] = Ranges.damping_ratio  # of that front, frame and seated rider, likewise
+    friction: tuple[float, float] = Ranges.friction  # N m s/rad, viscous, of the steering, likewise
     # m, of its hinge on the steer axis
     height: tuple[float, float] = (Front.joint_height + Ranges.hinge[0], Front.joint_height + Ranges.hinge[1])
 
@@ -270,22 +272,25 @@ def _band(nominal: tuple[CriticalSpeed, ...], samples: list[tuple[CriticalSpeed,
 
 
 def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
-    """Find the first speed (m/s) of wobble on a measured tyre with a sampled front frame; NaN without one."""
+    """Find the first speed (m/s) of wobble, hands off, on a measured tyre with a sampled front frame; NaN without."""
     bicycle, per_wheel = _make_bicycle(values), ("cornering_stiffness", "relaxation_length")
     condition: dict[str, Any] = {"tyre": LIMITS.tyre, "surface": None, "pressure_bar": LIMITS.bar, "extrapolate": True}
     tyres = joint_wheel_tyres(bicycle=bicycle, **condition).properties
     contact = {key: dict(zip(WHEELS, (getattr(tyre, key) for tyre in tyres), strict=True)) for key in per_wheel}
-    stiffness, damping = (math.exp(rng.uniform(*np.log(ends))) for ends in (LIMITS.stiffness, LIMITS.damping))
+    sampled = (LIMITS.stiffness, LIMITS.damping_ratio, LIMITS.friction)
+    stiffness, damping_ratio, friction = (math.exp(rng.uniform(*np.log(ends))) for ends in sampled)
     height = rng.uniform(*LIMITS.height)
     hinge = effect_class("front_compliance")(
         stiffness=stiffness,
-        damping=damping,
+        damping_ratio=damping_ratio,
         joint_z=-height,
         joint_x=values["w"] + values["c"] - height * math.tan(values["lam"]),
     )
-    crossings = critical_speeds(Model(bicycle, (effect_class("relaxation_length")(**contact), hinge)), LIMITS.ridden)
-    onsets = (c.speed for c in crossings if c.mode == "wobble" and c.direction == DESTABILISING)
-    return next(onsets, math.nan)
+    tyre, steering = effect_class("relaxation_length")(**contact), effect_class("steer_damper")(damping=friction)
+    linear = Model(bicycle, (tyre, steering, hinge)).linear_model()
+    critical = critical_speeds(linear, LIMITS.ridden)
+    span = wobble_span(linear, critical, hands_on=False, limit=LIMITS.ridden)
+    return span.low if span else math.nan
 
 
 def _helps(
@@ -353,8 +358,19 @@ def model_text(guessed: OwnBicycle, bicycle_file: str, file: str) -> str:
     Stiffness and damping of the front frame are left at their defaults, so that every command knows them as assumed.
     """
     bicycle, front = guessed.bicycle, assumed_front(guessed.bicycle)
-    effect = effect_class("front_compliance")
-    ends = {"stiffness": LIMITS.stiffness, "damping": LIMITS.damping}
+    unmeasured = (
+        [
+            ("stiffness", front.stiffness, "N m/rad", LIMITS.stiffness),
+            (
+                "damping_ratio",
+                front.damping_ratio,
+                "of critical, frame and seated rider together",
+                LIMITS.damping_ratio,
+            ),
+        ]
+        if front
+        else []
+    )
     content = {
         "bicycle": bicycle,
         "bicycle_file": bicycle_file,
@@ -362,6 +378,6 @@ def model_text(guessed: OwnBicycle, bicycle_file: str, file: str) -> str:
         "limits": LIMITS,
         "loads": bicycle.static_loads,
         "hinge": front and {"joint_x": front.hinge_x(bicycle.values), "joint_z": -front.joint_height},
-        "unmeasured": [(p, *ends[p.name]) for p in effect.parameters if p.name in ends],
+        "unmeasured": unmeasured,
     }
     return render_file("studies.reporting", "own_model.toml.j2", content, escaped=False)

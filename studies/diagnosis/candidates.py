@@ -18,14 +18,13 @@ from bicycle.effects.effect_registry import registry
 from bicycle.model.default_sd import ASSUMED, standard_deviations
 from bicycle.model.model import Model
 from bicycle.model.model_family import ModelFamily
-from bicycle.parameters.bicycle import UNITS, UNUSED
+from bicycle.parameters.bicycle import LIGHTEST_RIDDEN, UNITS, UNUSED
 from bicycle.parameters.parameter_covariance import ParameterKey, entries_of
 from bicycle.parameters.possible_inertia import FRAMES, bounds_beside, inertia_coordinates, is_rod
 from studies.diagnosis.family import TORQUES, feedback_key
 from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.ground.errors import InputError, is_number, shown, unknown
 
-RIDDEN = 30.0  # kg of a rear frame that may hold a rider
 LEFT_OUT = "excluded by request"
 NO_CAUSE = "an empirical term, never a name: it is fitted to the remainder after the verdict"
 SINGULAR = 1e-2  # smallest coordinate, in prior scales, if zero is singular
@@ -61,7 +60,7 @@ def find_candidates(
 def nobody_rides(model: Model) -> str:
     """Reason why a rider can do nothing here; empty if one may sit on the bicycle."""
     mass = model.bicycle["mB"]
-    return f"no rider: mB = {mass:g} kg is less than {RIDDEN:g} kg" if mass < RIDDEN else ""
+    return f"no rider: mB = {mass:g} kg is less than {LIGHTEST_RIDDEN:g} kg" if mass < LIGHTEST_RIDDEN else ""
 
 
 def _refusal(model: Model, effect: type[Effect], replaced: Effect | None, *, requested: bool) -> str | None:

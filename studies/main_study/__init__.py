@@ -16,12 +16,12 @@ PLACES = {
     "compare": (
         "CRITICAL", "DAMPING", "Amplitude", "Change", "Check", "End", "Hinge", "Samples", "contact_models",
         "decompose", "front_draws", "front_values", "hinges", "named_speeds", "sample_bicycles",
-        "wobble_growth",
+
     ),
     "study": ("Study", "pressure_ends", "run_study", "spread"),
     "published": ("Comparison", "Finding", "compare_findings", "findings"),
     "grades": ("GRADE_RULES", "Grade", "GradedAnswer", "Split", "grade_samples"),
-    "screen": ("CaseComparison", "answer", "grade", "record", "rule_record", "unmeasured", "unstable_length"),
+    "screen": ("CaseComparison", "answer", "grade", "record", "rule_record", "unmeasured", "wobble_length"),
     "report": (
         "first_screen", "like", "never_stable", "on_a_terminal", "round_change", "rule_of_grades", "run_and_write",
         "span_of", "with_sign", "write_report",

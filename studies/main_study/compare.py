@@ -22,8 +22,9 @@ from bicycle.stability.named_modes import modes
 from bicycle.stability.sensitivity import critical_speed_sensitivities
 from studies.main_study import result as solution
 from studies.main_study.cases import TyreCase, tyre_cases
+from studies.main_study.least_bump import least_bump
 from studies.main_study.result import FRICTION, TRAIL, TWIST, WOBBLE, LeastDamped, Result, Span
-from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, Settings, Setup
+from studies.main_study.settings import ASSUMED, CONTACT_LENGTH, LAW, LIMITS, OF_ARMS, Settings, Setup
 from studies.model_space.lasting_motions import Extent, Trace, curves_of, extent, traces_of
 from studies.uncertainty import assumed_sd, by_group, counted_as_exact
 from studies.uncertainty.propagation import Quantity
@@ -164,8 +165,9 @@ class Variant(NamedTuple):
     def wobble(self, label: str = "") -> End:
         """Find where its wobble is unstable and how it is damped; ``label`` names it."""
         linear = solution.model(self.settings, self.setup, self.contact).linear_model()
-        fastest = self.settings.fastest
-        span = solution.wobble_span(linear, critical_speeds(linear, max_speed=fastest), fastest)
+        fastest, hands_on = self.settings.fastest, self.setup.arms is not None
+        critical = critical_speeds(linear, max_speed=fastest)
+        span = solution.wobble_span(linear, critical, hands_on=hands_on, limit=fastest)
         return End(label, span, solution.least_damped_wobble(modes(linear, self.settings.speeds)))
 
 
@@ -194,21 +196,23 @@ def _variations(settings: Settings, cases: Sequence[TyreCase], focus: TyreCase) 
     base = in_reference_setup(settings, focus)
     ranges = settings.ranges
     yield "hands off/on", {"off": base, "on": base.vary(arms=settings.arms)}
+    if len(settings.grips) > 1:
+        yield "arms relaxed/tense", {arms.grip: base.vary(arms=arms) for arms in settings.grips}
     if front := base.setup.front:
         yield "front frame flexible/rigid", {"flexible": base, "rigid": base.vary(front=None)}
         front_ranges = [
             ("stiffness", ranges.stiffness, "N m/rad"),
-            ("damping", ranges.damping, "N m s/rad"),
+            ("damping_ratio", ranges.damping_ratio, "of critical"),
             ("joint_height", [round(front.joint_height + shift, 3) for shift in ranges.hinge], "m"),
         ]
-        if ranges.friction[1] > 0:
-            front_ranges.append(("friction", [front.friction + extra for extra in ranges.friction], "N m s/rad"))
         for name, values, unit in front_ranges:
             ends: Ends = {}
             for value in values:
                 change: dict[str, Any] = {name: value}
                 ends[f"{value:g} {unit}"] = base.vary(front=replace(front, **change))
             yield WORDS[name], ends
+    if ranges.friction[1] > 0:
+        yield WORDS["friction"], {f"{value:g} N m s/rad": base.vary(friction=value) for value in ranges.friction}
     assumed = assumed_of_tyre(settings, base.setup)
     for name, unit in (("camber_share", "× load"), ("trail", "m"), ("twisting", "N m/rad")):
         if name in assumed:
@@ -248,7 +252,8 @@ def _postures(settings: Settings, focus: TyreCase) -> Ends:
 
 
 WORDS = {
-    "stiffness": "front-frame stiffness", "damping": "front-frame damping", "joint_height": "front-frame joint height",
+    "stiffness": "front-frame stiffness", "damping_ratio": "front-frame damping ratio",
+    "joint_height": "front-frame joint height",
     "friction": "steering friction", "camber_share": "camber stiffness", "trail": "pneumatic trail",
     "twisting": "twisting torque",
 }  # fmt: skip
@@ -344,6 +349,8 @@ class Amplitude:
     traces: tuple[Trace, ...] = ()  # amplitude (degrees) and frequency (Hz) along each branch
     wobble: Extent | None = None  # its range and maximum amplitude; None: no sustained wobble at these speeds
     peak_factor: float | None = None  # assumed; None: the tyre file holds full curves
+    # rad, of the steer angle: from here on wobble grows against the dry friction of a headset; None: it does not
+    least_bump: float | None = None
     refused: str = ""  # reason; empty: they could be followed
 
     @property
@@ -353,19 +360,20 @@ class Amplitude:
 
 
 def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
-    """Follow the periodic motions of one case, and its maximum wobble amplitude at the speeds studied."""
+    """Follow the periodic motions of one case; find its maximum wobble amplitude, and the least bump that starts it."""
     curves = curves_of({"effects": {LAW: dict(case.table)}})
+    built = solution.model(settings, case.apply_to(setup), case.contact)
+    span = Variant(settings, case.apply_to(setup), case.contact).wobble().span
+    bump = least_bump(built, span, ASSUMED["dry_friction"].usual) if span else None
     try:
         cycles = find_limit_cycles(
-            solution.model(settings, case.apply_to(setup), case.contact),
-            rear=curves.get("rear"),
-            front=curves.get("front"),
-            max_speed=settings.max_speed,
+            built, rear=curves.get("rear"), front=curves.get("front"), max_speed=settings.max_speed
         )
     except InputError as error:
-        return Amplitude(case, refused=str(error))
+        return Amplitude(case, least_bump=bump, refused=str(error))
     traces = tuple(traces_of(cycles))
-    return Amplitude(case, traces, extent(traces, up_to=settings.fastest), None if curves else MagicTyre().peak_factor)
+    peak_factor = None if curves else MagicTyre().peak_factor
+    return Amplitude(case, traces, extent(traces, up_to=settings.fastest), peak_factor, bump)
 
 
 @dataclass(frozen=True, eq=False)
@@ -444,7 +452,7 @@ def check(settings: Settings, result: Result) -> Check:
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Onset and end (m/s) of unstable wobble of each sample (n,), NaN without unstable wobble; and its growth rate.
+    """First and last speed (m/s) of wobble of each sample (n,), NaN without wobble; and its growth rate.
 
     ``growth`` (n, speeds), 1/s, is the largest real part of the oscillations of wobble's frequencies.
     """
@@ -499,7 +507,8 @@ def sample_bicycles(settings: Settings, case: TyreCase, setup: Setup) -> Samples
             continue
         try:
             linear = family.linear_model(values | front_values(settings, case.apply_to(setup), drawn, k, values))
-            span = solution.wobble_span(linear, critical_speeds(linear, max_speed=settings.fastest), settings.fastest)
+            critical = critical_speeds(linear, max_speed=settings.fastest)
+            span = solution.wobble_span(linear, critical, hands_on=setup.arms is not None, limit=settings.fastest)
             growth[k] = wobble_growth(linear, speeds)
         except InputError:  # an impossible sample is counted, and reported with the count
             continue
@@ -557,18 +566,17 @@ def front_values(
         front = replace(
             setup.front,
             stiffness=new["stiffness"],
-            damping=new["damping"],
+            damping_ratio=new["damping_ratio"],
             joint_height=setup.front.joint_height + new["hinge"],
-            friction=setup.front.friction + new["friction"],
         )
-        damper = solution.effect_tables(settings, replace(setup, front=front))[FRICTION]
         parameters |= {
             "front_compliance.stiffness": front.stiffness,
-            "front_compliance.damping": front.damping,
+            "front_compliance.damping": float(front.damping(values)),
             "front_compliance.joint_z": -front.joint_height,
             "front_compliance.joint_x": float(front.hinge_x(values)),
-            f"{FRICTION}.damping": float(damper["damping"]),
         }
+    if setup.friction:
+        parameters[f"{FRICTION}.damping"] = new["friction"]
     if setup.arms:
-        parameters |= {f"rider_arms.{name}": new[f"arm_{name}"] for name in ("inertia", "stiffness", "damping")}
+        parameters |= {f"rider_arms.{name}": getattr(setup.arms, name) * new[f"arm_{name}"] for name in OF_ARMS}
     return parameters

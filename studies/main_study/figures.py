@@ -1,4 +1,4 @@
-"""Figures of the main study: growth rate and unstable speeds of wobble, causes of changes, damping, critical speeds."""
+"""Figures of the main study: growth rate and speeds of wobble, causes of changes, damping, critical speeds."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from bicycle.stability.critical import CrossingIdentity
 from studies.main_study.compare import Change, growth_speeds
 from studies.main_study.result import COMPARED, WEAVE, WOBBLE, Result
-from studies.main_study.settings import LIMITS, Setup, plain_name
+from studies.main_study.settings import HANDS, LIMITS, Setup, plain_name
 from studies.main_study.study import Study
 from studies.motion.amplitude import draw_trace, finish_amplitude
 from studies.reporting import plotting
@@ -89,11 +89,14 @@ def _draw_growth(axes: Any, study: Study) -> None:
     lowest = max(lowest, LIMITS.slowest)
     unstable = axes.axhspan(0, 2 * highest, color=UNSTABLE, zorder=0, label="unstable")
     axes.axhline(0, color="0.2", linewidth=0.8)
+    threshold = axes.axhline(
+        LIMITS.growth, color="0.2", linewidth=0.8, linestyle=":", label=f"counts as wobble: {LIMITS.growth:g} 1/s"
+    )
     axes.set(xlim=(1.0, study.settings.fastest), ylim=(1.06 * lowest, 1.15 * highest))
     axes.set_ylabel("Growth rate, 1/s")
     axes.set_title(f"Growth rate of wobble and weave, {case_words(reference)}", fontsize=9)
     axes.secondary_xaxis("top", functions=(lambda v: 3.6 * v, lambda v: v / 3.6)).set_xlabel("Speed, km/h")
-    handles += [*bands, unstable]
+    handles += [*bands, unstable, threshold]
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.45, -0.04), ncols=3, fontsize=8)
 
 
@@ -104,45 +107,45 @@ def _name_condition(result: Result) -> str:
 
 def case_words(setup: Setup) -> str:
     """Name a case, with "(assumed)" after hands or front frame that were not measured."""
-    hands = f"hands {setup.hands}" + (" (assumed)" if setup.hands_assumed else "")
+    hands = HANDS[setup.hands] + (" (assumed)" if setup.hands_assumed else "")
     return f"{hands}, {setup.front_name} front frame" + (" (assumed)" if setup.assumed else "")
 
 
 def _draw_cases(axes: Any, study: Study) -> None:
-    """Draw bars from onset to end of unstable wobble, a row per case, with the lowest and the highest pressure."""
+    """Draw bars over the speeds of wobble, a row per case, with the lowest and the highest pressure."""
     limit, ends = study.settings.fastest, (study.subject[0], study.subject[-1])
     cases = list(dict.fromkeys(ends))
     for row, setup in enumerate(study.settings.setups):
         results = [study.result(setup, case) for case in cases]
         _hatch_row(axes, row, extrapolated=cases[0].extrapolated)
-        if all(result and not result.span(limit) for result in results):
-            words = "stable" + _name_unstable_share(study, results)
+        if all(result and not result.wobble for result in results):
+            words = "no wobble" + _name_wobbling_share(study, results)
             axes.text(1.3, row, words, fontsize=8, va="center", color="0.3", style="italic")
             continue
         for k, (case, result) in enumerate(zip(cases, results, strict=True)):
             height = row + 0.36 * (k - (len(cases) - 1) / 2)
             colour = look(study.subject.index(case)).colour
-            span = result.span(limit) if result else None
+            span = result.wobble if result else None
             if span:
                 axes.barh(height, min(span.high, limit) - span.low, left=span.low, height=0.32, color=colour)
             else:
-                words = f"stable, {case.condition}" if result else "not computed"
+                words = f"no wobble, {case.condition}" if result else "not computed"
                 axes.text(1.3, height, words, fontsize=7.5, va="center", color=colour, style="italic")
     setups = study.settings.setups
     axes.set_yticks(range(len(setups)), [case_words(setup).replace(", ", ",\n") for setup in setups], fontsize=8)
     axes.set(ylim=(len(setups) - 0.5, -0.5), xlabel="Speed, m/s")
-    axes.set_title("Speeds of unstable wobble, by case", fontsize=9)
+    axes.set_title("Speeds of wobble, by case", fontsize=9)
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
 
 
-def _name_unstable_share(study: Study, results: Sequence[Result | None]) -> str:
-    """Share of the samples of a stable case that are unstable, by pressure, as words; empty without samples."""
+def _name_wobbling_share(study: Study, results: Sequence[Result | None]) -> str:
+    """Share of the samples that wobble of a case that does not, by pressure, as words; empty without samples."""
     samples = [study.samples_around(result) for result in results]
     shares = [
         f"{sample.wobbling_share:.0%} at {sample.case.condition}" for sample in samples if sample and sample.count
     ]
-    return f"; unstable samples: {', '.join(shares).replace('%', ' %')}" if shares else ""
+    return f"; samples that wobble: {', '.join(shares).replace('%', ' %')}" if shares else ""
 
 
 def draw_amplitude(study: Study, target: Path) -> None:

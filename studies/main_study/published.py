@@ -1,5 +1,6 @@
 """The study compared with published ranges: the range here, and whether it lies inside."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -96,7 +97,7 @@ def compare_findings(study: Study) -> tuple[Comparison, ...]:
 def list_quantities(study: Study, setup: Setup) -> dict[str, list[float]]:
     """List the numbers of the study in one case, by the quantities of the published ranges and in their units."""
     results, cases, loads = study.results_of(setup), study.cases, study.settings.bicycle.static_loads
-    spans = [span for result in results if (span := result.span(study.settings.fastest))]
+    unstable = [bands for result in results if (bands := result.bands(study.settings.fastest))]
     camber_shares = []  # of the wheel load; none if the model file gives the camber stiffness
     if "camber_thrust" not in study.settings.further:
         camber_shares = [case.apply_to(setup).camber_share for case in cases]
@@ -106,8 +107,8 @@ def list_quantities(study: Study, setup: Setup) -> dict[str, list[float]]:
         "cornering_stiffness_over_load_per_deg": [x for case in cases for x in np.radians(case.contact[::2] / loads)],
         "camber_stiffness_over_load_per_deg": [x for share in camber_shares for x in np.radians(np.ravel(share))],
         "relaxation_length_mm": [x for case in cases for x in 1e3 * case.contact[1::2]],
-        "onset_m_s": [span.low for span in spans],
-        "end_m_s": [span.high for span in spans],
+        "onset_m_s": [bands[0].start.speed if bands[0].start else 0.0 for bands in unstable],
+        "end_m_s": [bands[-1].end.speed if bands[-1].end else math.inf for bands in unstable],
         "weave_shift_m_s": [abs(change.total) for change in changes if change],
         "steer_over_roll": [],
         "wobble_frequency_Hz": [],

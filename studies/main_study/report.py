@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bicycle.model.default_sd import CORNERING_STIFFNESS
+from bicycle.parameters.front_hinge import height_above_hub
 from bicycle.stability.critical import CriticalSpeed
 from studies.main_study import figures
 from studies.main_study.cases import TyreCase, WheelTyre
@@ -20,7 +21,7 @@ from studies.main_study.grades import GRADE_RULES
 from studies.main_study.published import Shown, compare_findings
 from studies.main_study.result import Result, UncertainCriticalSpeed
 from studies.main_study.screen import answer
-from studies.main_study.settings import LIMITS, Settings, Setup, plain_name
+from studies.main_study.settings import ASSUMED, HANDS, LIMITS, Settings, Setup, plain_name
 from studies.main_study.study import Study, run_study, spread
 from studies.main_study.tidy_tables import write_tables
 from studies.reporting.command_context import made_by
@@ -31,15 +32,15 @@ from tyre.ground.units import PASCAL_PER_BAR
 PACKAGE = "studies.main_study"
 SAMPLED = {
     "stiffness": ("front-frame stiffness", "N m/rad"),
-    "damping": ("front-frame damping", "N m s/rad"),
+    "damping_ratio": ("front-frame damping ratio", "of critical"),
     "hinge": ("shift of the front-frame joint height", "m"),
-    "friction": ("additional steering friction", "N m s/rad"),
+    "friction": ("steering friction", "N m s/rad"),
     "camber_share": ("camber stiffness", "× load"),
     "trail": ("pneumatic trail", "m"),
     "twisting": ("twisting torque", "N m/rad"),
-    "arm_inertia": ("arm inertia", "kg m²"),
-    "arm_stiffness": ("arm stiffness", "N m/rad"),
-    "arm_damping": ("arm damping", "N m s/rad"),
+    "arm_inertia": ("arm inertia", "× that of the case"),
+    "arm_stiffness": ("arm stiffness", "× that of the case"),
+    "arm_damping": ("arm damping", "× that of the case"),
 }
 """Name and unit of each of the :class:`~studies.main_study.settings.Ranges`."""
 
@@ -111,6 +112,10 @@ def facts(study: Study) -> dict[str, Any]:
         "settings": settings,
         "limits": LIMITS,
         "rules": GRADE_RULES,
+        "dry_friction": ASSUMED["dry_friction"].usual,  # N m
+        "hands": HANDS,
+        # m, of the joint, along the steer axis
+        "above_hub": settings.front and height_above_hub(settings.bicycle.values, -settings.front.joint_height),
         "a": answer(study),
         "comparisons": comparisons,
         "verdicts": Counter(comparison.verdict for comparison in comparisons if comparison.ours),
@@ -139,7 +144,7 @@ def _list_sampled(study: Study) -> list[tuple[str, tuple[float, float], str]]:
         fixed.discard("camber_share")
         units["camber_share"] = "× that of the model file"
     if settings.front is None:
-        fixed |= {"stiffness", "damping", "hinge", "friction"}
+        fixed |= {"stiffness", "damping_ratio", "hinge"}
     return [(SAMPLED[name][0], ends, units[name]) for name, ends in vars(settings.ranges).items() if name not in fixed]
 
 
@@ -364,6 +369,7 @@ FILTERS = {
     "percent": _in_unit(100.0),
     "kmh": _in_unit(3.6),
     "mm": _in_unit(1e3),
+    "degrees": lambda angle: f"{math.degrees(angle):.2g}",
     "bar": _in_unit(1 / PASCAL_PER_BAR),
     "per_degree": _in_unit(math.radians(1.0)),
     "per_mm": _in_unit(1e-3),

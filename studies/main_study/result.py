@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from bicycle.effects.effect import WHEELS
 from bicycle.effects.effect_registry import effect_class
@@ -24,9 +25,11 @@ from bicycle.stability.propagation import critical_speed_gradients, mode_gradien
 from studies.main_study.cases import CONTACT, TyreCase
 from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, PerWheel, Settings, Setup
 from studies.uncertainty.propagation import Uncertainty
-from tyre.ground.arrays import Array
+from tyre.ground.arrays import Array, Complex
 
 WOBBLE, WEAVE = "wobble", "weave"
+SLOW, FAST = "slow", "fast"  # growth of wobble
+GRID = 0.25  # m/s, between the speeds at which the growth of wobble is computed
 COMPARED = (WOBBLE, WEAVE)
 CAMBER = tuple(f"camber_thrust.camber_stiffness.{wheel}" for wheel in WHEELS)
 FRICTION = "steer_damper"
@@ -61,19 +64,15 @@ def effect_tables(settings: Settings, setup: Setup) -> dict[str, dict[str, Any]]
     if front:
         compliance = {
             "stiffness": front.stiffness,
-            "damping": front.damping,
+            "damping": float(front.damping(p)),
             "joint_x": float(front.hinge_x(p)),
             "joint_z": -front.joint_height,
         }
         if front.axis_tilt is not None:
             compliance["axis_tilt"] = front.axis_tilt
         tables["front_compliance"] = compliance
-        damper = settings.further.get(FRICTION, {})
-        damping = 0.0
-        if FRICTION in settings.further:
-            default = next(p.default for p in effect_class(FRICTION).parameters if p.name == "damping")
-            damping = float(damper.get("damping", default))
-        tables[FRICTION] = {**damper, "damping": damping + front.friction}
+    if setup.friction and FRICTION not in settings.further:
+        tables[FRICTION] = {"damping": setup.friction}
     if setup.contact_half_length:
         tables[CONTACT_LENGTH] = {"half_length": dict(zip(WHEELS, setup.contact_half_length, strict=True))}
     return tables
@@ -85,12 +84,14 @@ def _by_wheel(value: PerWheel) -> dict[str, float]:
 
 
 def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, Any]:
-    """Compute the assumed parameters (SI) that depend on the bicycle ``p``: camber stiffness, place of the joint."""
+    """Compute the assumed parameters (SI) that depend on the bicycle ``p``: camber stiffness, place and damping."""
     dependent: dict[str, Any] = {}
     if "camber_thrust" not in settings.further:
         dependent |= zip(CAMBER, _camber_stiffness(setup, p), strict=True)
     if setup.front and setup.front.joint_x is None:
         dependent["front_compliance.joint_x"] = setup.front.hinge_x(p)
+    if setup.front and (not setup.front.from_file or "damping_ratio" in setup.front.defaults):
+        dependent["front_compliance.damping"] = setup.front.damping(p)
     return dependent
 
 
@@ -153,16 +154,36 @@ class Band:
 
 @dataclass(frozen=True)
 class Span:
-    """Unstable wobble from its first onset to its last end, m/s; from 0 at rest on, to infinity beyond ``limit``."""
+    """Speeds, m/s, from the first to the last at which wobble grows by at least :attr:`Limits.growth`.
 
-    low: float  # m/s; 0: unstable from rest on
-    high: float  # m/s; infinite: unstable beyond the limit
+    It lies at speeds at which the bicycle can be ridden, see :func:`wobble_span`.
+    """
+
+    low: float  # m/s
+    high: float  # m/s; infinite: wobble grows beyond the limit
     limit: float  # m/s, highest speed studied
+    eigenvalue: complex  # 1/s, of wobble where it grows fastest, upper half plane
+    fastest_at: float  # m/s, speed of that growth
+
+    @property
+    def growth(self) -> float:
+        """Fastest growth, 1/s."""
+        return self.eigenvalue.real
+
+    @property
+    def frequency_hz(self) -> float:
+        """Frequency where it grows fastest, Hz."""
+        return float(frequency_hz(self.eigenvalue))
 
     @property
     def endless(self) -> bool:
         """True if it extends beyond the speeds studied."""
         return self.high > self.limit
+
+    @property
+    def grade(self) -> str:
+        """SLOW or FAST."""
+        return FAST if self.growth >= LIMITS.fast_growth else SLOW
 
 
 def wobble_edges(edges: Iterable[ACriticalSpeed]) -> list[ACriticalSpeed]:
@@ -177,19 +198,104 @@ def is_wobble(edge: CriticalSpeed) -> bool:
     return edge.mode == WOBBLE or edge.frequency_hz >= LIMITS.wobble_hz
 
 
-def wobble_span(linear: LinearModel, edges: Iterable[CriticalSpeed], limit: float) -> Span | None:
-    """Find unstable wobble up to ``limit`` (m/s), from its first onset to its last end; None if there is none."""
-    within = [edge for edge in wobble_edges(edges) if edge.speed <= limit]
-    if not within:
-        for speed in (1e-3 * limit, limit):  # not at rest, where a bicycle without damping is neutral
-            values = linear.eigenvalues(speed)
-            hertz = frequency_hz(values)
-            if not ((values.real > 0) & (hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz)).any():
-                return None
-        return Span(0.0, math.inf, limit)
-    first, last = within[0], within[-1]
-    low = float(first.speed) if first.destabilising else 0.0
-    return Span(low, math.inf if last.destabilising else float(last.speed), limit)
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """Unstable wobble of one band of speeds, followed along speed."""
+
+    linear: LinearModel
+    speeds: Array  # (n,), m/s, rising
+    roots: Complex  # (n,), 1/s, upper half plane
+
+    def edge(self, before: int) -> float:
+        """Find the speed (m/s) after that number ``before`` at which the growth is that of wobble."""
+        slow, fast = (float(speed) for speed in self.speeds[before : before + 2])
+        start, end = self.roots[before : before + 2]
+
+        def excess(speed: float) -> float:
+            between = start + (end - start) * (speed - slow) / (fast - slow)
+            return nearest_root(self.linear, speed, between).real - LIMITS.growth
+
+        return float(brentq(excess, slow, fast, xtol=1e-6))
+
+
+def wobble_span(linear: LinearModel, edges: Iterable[CriticalSpeed], *, hands_on: bool, limit: float) -> Span | None:
+    """Find the speeds up to ``limit`` (m/s) at which wobble grows by :attr:`Limits.growth` or more; None without any.
+
+    ``edges`` are the critical speeds of the model; the name at a crossing is that of the motion beyond it. Hands on
+    wobble counts from the slowest ridden speed; hands off from :attr:`Limits.hands_off`, or the weave speed if that is
+    higher.
+    """
+    edges = list(edges)
+    slowest = LIMITS.ridden[0] if hands_on else max(LIMITS.hands_off, _weave_speed(edges))
+    lows, highs, peaks = [], [], []  # m/s, m/s, and (growth, speed, frequency)
+    for branch in unstable_wobble(linear, edges, limit):
+        growth = np.where(branch.speeds >= slowest, branch.roots.real, -np.inf)
+        wobbles = np.flatnonzero(growth >= LIMITS.growth)
+        if not len(wobbles):
+            continue
+        first, last, peak = int(wobbles[0]), int(wobbles[-1]), int(np.argmax(growth))
+        low, high = float(branch.speeds[first]), float(branch.speeds[last])
+        if first:
+            low = branch.edge(first - 1) if branch.roots[first - 1].real < LIMITS.growth else slowest
+        if last + 1 < len(growth):
+            high = branch.edge(last)
+        lows.append(max(low, slowest))
+        highs.append(high if high < limit else math.inf)
+        peaks.append((complex(branch.roots[peak]), float(branch.speeds[peak])))
+    if not peaks:
+        return None
+    eigenvalue, speed = max(peaks, key=lambda peak: peak[0].real)
+    return Span(min(lows), max(highs), limit, eigenvalue, speed)
+
+
+def _weave_speed(edges: Iterable[CriticalSpeed]) -> float:
+    """Speed (m/s) from which weave is stable; 0 if it becomes stable nowhere."""
+    stable_above = [edge.speed for edge in edges if edge.mode == WEAVE and edge.oscillatory and not edge.destabilising]
+    return float(min(stable_above, default=0.0))
+
+
+def unstable_wobble(linear: LinearModel, edges: Iterable[CriticalSpeed], limit: float) -> Iterator[Branch]:
+    """Follow wobble through each band of speeds up to ``limit`` (m/s) in which it is unstable."""
+    within = [edge for edge in wobble_edges(edges) if edge.speed < limit]
+    if not within and (root := _unstable_throughout(linear, limit)):
+        yield _follow(linear, np.array([limit, 1e-3 * limit]), root)
+    onset: CriticalSpeed | None = None
+    for edge in within:
+        root = complex(0.0, edge.angular_frequency)
+        if edge.destabilising:
+            onset = edge
+        elif onset:
+            yield _follow(linear, np.array([onset.speed, edge.speed]), complex(0.0, onset.angular_frequency))
+            onset = None
+        elif edge is within[0]:
+            yield _follow(linear, np.array([edge.speed, 1e-3 * limit]), root)
+    if onset:
+        yield _follow(linear, np.array([onset.speed, limit]), complex(0.0, onset.angular_frequency))
+
+
+def _unstable_throughout(linear: LinearModel, limit: float) -> complex | None:
+    """Root of wobble (1/s) at ``limit`` (m/s) if it grows from rest to there; None if not.
+
+    Not at rest itself, where a bicycle without damping is neutral.
+    """
+    values = linear.eigenvalues(np.array([1e-3 * limit, limit]))
+    hertz = frequency_hz(values)
+    growing = (values.real > 0) & (hertz >= LIMITS.wobble_hz) & (hertz < LIMITS.tyres_hz)
+    if not growing.any(axis=1).all():
+        return None
+    return complex(values[1][growing[1]][0])
+
+
+def _follow(linear: LinearModel, ends: Array, root: complex) -> Branch:
+    """Follow a ``root`` (1/s) at the first of two ``ends`` (m/s) to the other."""
+    speeds = np.linspace(ends[0], ends[1], max(3, math.ceil(abs(ends[1] - ends[0]) / GRID) + 1))
+    roots: list[complex] = []
+    for values in linear.eigenvalues(speeds):
+        expected = 2 * roots[-1] - roots[-2] if len(roots) > 1 else root
+        root = complex(values[int(np.argmin(np.abs(values - expected)))])
+        roots.append(root)
+    rising = slice(None, None, 1 if ends[0] < ends[1] else -1)
+    return Branch(linear, speeds[rising], np.array(roots)[rising])
 
 
 def unstable_bands(crossings: Sequence[UncertainCriticalSpeed]) -> list[Band]:
@@ -238,11 +344,12 @@ class Result:
     frequency: dict[str, Uncertain]  # mode -> Hz at the report speed; missing if it is no oscillation
     damping: dict[str, Uncertain]  # mode -> damping ratio, likewise
     least: LeastDamped | None  # None: wobble does not oscillate at ridden speeds
+    wobble: Span | None  # up to the highest speed studied; None: no wobble that a rider meets
 
     def bands(self, limit: float) -> list[Band]:
         """Bands of unstable wobble that start up to ``limit`` (m/s); one without edges if unstable throughout."""
         bands = unstable_bands(self.wobble_edges)
-        if not bands and self.span(limit):
+        if not bands and _unstable_throughout(self.modes.model, limit):
             return [Band(None, None)]
         return [band for band in bands if not band.start or band.start.speed <= limit]
 
@@ -250,10 +357,6 @@ class Result:
     def wobble_edges(self) -> list[UncertainCriticalSpeed]:
         """Critical speeds at which wobble becomes unstable or stable, rising."""
         return wobble_edges(self.crossings)
-
-    def span(self, limit: float) -> Span | None:
-        """Find unstable wobble at speeds up to ``limit`` (m/s), from first onset to last end; None without any."""
-        return wobble_span(self.modes.model, self.crossings, limit)
 
 
 def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
@@ -283,7 +386,8 @@ def solve(settings: Settings, case: TyreCase, setup: Setup) -> Result:
         for crossing, sd, tyre_sd in zip(critical, sds, tyre_sds, strict=True)
     )
     least = least_damped_wobble(modes_along_speed)
-    return Result(case, setup, modes_along_speed, crossings, frequency, damping, least)
+    wobble = wobble_span(linear, crossings, hands_on=setup.arms is not None, limit=settings.fastest)
+    return Result(case, setup, modes_along_speed, crossings, frequency, damping, least, wobble)
 
 
 def _add_sd(

@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bicycle.parameters.bicycle import LIGHTEST_RIDDEN
 from studies.main_study.compare import Amplitude, Hinge, Samples, front_draws
 from studies.main_study.grades import GRADE_RULES, GradedAnswer, grade_samples
 from studies.main_study.result import Result, Span
-from studies.main_study.settings import LIMITS, OF_FRONT, Settings, Setup
+from studies.main_study.settings import ASSUMED, LIMITS, OF_FRONT, SADDLE, Settings, Setup
 from studies.main_study.study import Study, pressure_ends
 from tyre.ground.arrays import Array
 
@@ -24,9 +25,9 @@ OF_TYRE = {"trail": "pneumatic trail", "twisting": "twisting torque", "camber_sh
 
 
 class Cell(NamedTuple):
-    """Unstable wobble of one case at one pressure."""
+    """Wobble of one case at one pressure."""
 
-    span: Span | None  # None: stable
+    span: Span | None  # None: no wobble
     share: float | None  # of its samples that wobble; None: none were drawn
 
 
@@ -48,8 +49,8 @@ class CaseComparison:
 
     @property
     def spans(self) -> list[Span | None]:
-        """Unstable wobble of each of the ``results``; None where there is none."""
-        return [result.span(self.limit) for result in self.results]
+        """Speeds of wobble of each of the ``results``; None where there is none."""
+        return [result.wobble for result in self.results]
 
     @property
     def cells(self) -> list[Cell]:
@@ -59,13 +60,13 @@ class CaseComparison:
 
     @property
     def longer(self) -> float:
-        """Unstable speeds, m/s, at the low pressure more than at the high one, or at all."""
-        low, *high = (unstable_length(span, self.limit) for span in self.spans)
+        """Speeds of wobble, m/s, at the low pressure more than at the high one, or at all."""
+        low, *high = (wobble_length(span, self.limit) for span in self.spans)
         return low - sum(high)
 
     @property
     def alike(self) -> bool:
-        """True if the change of the unstable speeds prints as 0.0 m/s."""
+        """True if the change of the speeds of wobble prints as 0.0 m/s."""
         return abs(self.longer) < 0.05
 
     @property
@@ -103,6 +104,7 @@ class Answer:
     hinges: tuple[Hinge, ...]  # the largest change of the minimum damping ratio first
     steer_amplitudes: tuple[SteerAmplitude, ...]  # at the lowest and, if there are two, at the highest pressure
     assumed: tuple[str, ...]  # names of what is assumed and not measured
+    contradicts_reports: bool  # the front frame's damping is that of a bare frame, and the rider is fixed to it
 
     @property
     def complete(self) -> bool:
@@ -115,10 +117,9 @@ class Answer:
         return self.cases[0]
 
     @property
-    def hands_on(self) -> CaseComparison | None:
-        """Reference case with the hands on the handlebar; None without samples of it."""
-        setup = self.reference.setup
-        return next((c for c in self.cases if c.setup.arms and c.setup.front == setup.front and c.wobbling), None)
+    def least_bump(self) -> float | None:
+        """Least steer amplitude (rad) that starts wobble at the lowest pressure; None if none is needed or it dies."""
+        return self.steer_amplitudes[0].amplitude.least_bump if self.steer_amplitudes else None
 
     @property
     def asks_pressure(self) -> bool:
@@ -175,6 +176,7 @@ def answer(study: Study) -> Answer:
         hinges=tuple(hinge for hinge in study.hinges if hinge.comparable),
         steer_amplitudes=tuple(_judge_size(study, amplitude) for amplitude in study.amplitudes),
         assumed=_name_assumed(study),
+        contradicts_reports=_contradicts_reports(settings),
     )
 
 
@@ -206,13 +208,20 @@ def unmeasured(settings: Settings, assumed_of_tyre: tuple[str, ...]) -> Mapping[
     return {name: drawn[name] for name in names}
 
 
+def _contradicts_reports(settings: Settings) -> bool:
+    """True if the front frame has the damping of a bare frame, although a rider is fixed to it."""
+    lowest, _ = ASSUMED["damping_ratio"].ends
+    ridden = settings.bicycle["mB"] >= LIGHTEST_RIDDEN
+    return bool(settings.front and settings.front.damping_ratio < lowest and ridden and SADDLE not in settings.further)
+
+
 def _judge_size(study: Study, amplitude: Amplitude) -> SteerAmplitude:
     """Say whether the wobble of a case persists, needs an impulse, does not occur, or is not known."""
     result = study.result(study.settings.reference, amplitude.case)
-    unstable = result is not None and result.span(study.settings.fastest) is not None
+    wobbles = result is not None and result.wobble is not None
     if amplitude.wobble:
         state = LASTS
-    elif amplitude.refused or unstable:
+    elif amplitude.refused or wobbles:
         state = NOT_KNOWN
     else:
         state = KICKED if amplitude.jumps else NONE
@@ -233,8 +242,8 @@ def _name_assumed(study: Study) -> tuple[str, ...]:
     return tuple(names)
 
 
-def unstable_length(span: Span | None, limit: float) -> float:
-    """Length (m/s) of the unstable speeds up to ``limit``."""
+def wobble_length(span: Span | None, limit: float) -> float:
+    """Length (m/s) of the speeds of wobble up to ``limit``."""
     return min(span.high, limit) - span.low if span else 0.0
 
 
@@ -245,13 +254,16 @@ def record(study: Study, answer: Answer) -> dict[str, Any]:
     def end(result: Result | None) -> dict[str, Any] | None:
         if result is None:
             return None
-        span = result.span(limit)
+        span = result.wobble
         return {
             "pressure_bar": list(result.case.pressures_bar),
             "relaxation_length_m": result.case.contact[1::2].tolist(),
-            "unstable": span is not None,
+            "wobbles": span is not None,
             "from_m_s": span.low if span else None,
             "to_m_s": span.high if span and span.high <= limit else None,
+            "growth": span.grade if span else "none",
+            "growth_1_s": span.growth if span else None,
+            "frequency_Hz": span.frequency_hz if span else None,
             "min_damping_ratio": result.least.damping_ratio if result.least else None,
         }
 

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effects.effect import WHEELS, Parameter
+from bicycle.effects.effect import DAMPING_RATIO, WHEELS, Parameter
 from bicycle.effects.effect_registry import effect_class
 from bicycle.files.bicycle_files import available_bicycles, load_bicycle
 from bicycle.model.model import DEFAULT_CONTACT, Model
 from bicycle.model.model_file import read_model
 from bicycle.model.wheel_tyres import MOST_BAR, located, values_of_tyres
 from bicycle.parameters.bicycle import Bicycle
+from bicycle.parameters.front_hinge import critical_damping, front_inertia
 from bicycle.parameters.parameter_covariance import ParameterKey
 from bicycle.rider.rider_posture import POSTURES, SeatGeometry, packaged_geometry, read_geometry
 from studies.model_space.model_argument import find_bicycle
@@ -52,8 +53,12 @@ class Limits:
 
     camber_share: float = 0.65  # 1/rad of the load, the middle of what Dressel (2013) measured
     camber_range: tuple[float, float] = (0.43, 0.94)  # 1/rad, from Dressel's 0.0075 per degree to the Schwalbe tyre
+    arms: tuple[float, float] = (0.5, 2.0)  # assumed factor on the impedance of arms that was not measured
     written: float = 0.2  # relative variation of a number of a model file, a value of this bicycle
     ridden: tuple[float, float] = (3.0, 20.0)  # m/s, ridden speeds, at which the minimum damping ratio is sought
+    growth: float = 0.5  # 1/s, tenfold in 5 s; slower growth of an oscillation is no wobble that a rider meets
+    fast_growth: float = 2.0  # 1/s, tenfold in 1.2 s; from here on wobble grows fast
+    hands_off: float = 4.0  # m/s; nobody rides hands off below it, or below the weave speed
     wobble_hz: float = 4.0  # weave is at 1 to 4 Hz, wobble at 4 to 10 Hz; decides where tracking gives both names
     tyres_hz: float = 15.0  # near rest the wheels vibrate on their tyres at 16 to 20 Hz
     typical_bar: float = 5.5  # the pressure nearest to it is studied in detail
@@ -100,15 +105,33 @@ class Assumed:
 
 ASSUMED: Mapping[str, Assumed] = {
     "stiffness": Assumed(
-        "front_compliance",
-        "stiffness",
-        5000.0,
-        (2500.0, 10000.0),
-        "a racing frame, not any bicycle; 3000 N m/rad, the middle of any, makes the prior of a diagnosis",
+        "front_compliance", "stiffness", range=(2500.0, 10000.0), reason="a racing frame, not any bicycle"
     ),
-    "damping": Assumed("front_compliance", "damping"),
+    "damping_ratio": Assumed(
+        "front_compliance",
+        DAMPING_RATIO,
+        0.25,
+        (0.15, 0.40),
+        "frame and seated rider together, where the rider is fixed to the frame; agrees with riders' reports",
+    ),
+    "saddle_damping_ratio": Assumed(
+        "front_compliance",
+        DAMPING_RATIO,
+        0.03,
+        (0.01, 0.10),
+        "of the frame alone, where the rider moves on the saddle (effect rider_saddle)",
+    ),
     "joint_z": Assumed("front_compliance", "joint_z", -0.65, (-0.75, -0.55), "on the steer axis of a racing frame"),
-    "friction": Assumed("steer_damper", "damping", 0.0, (0.0, 1.0), "bearings and cables, not a mounted damper"),
+    "friction": Assumed(
+        "steer_damper",
+        "damping",
+        0.15,
+        (0.05, 0.35),
+        "measured on steering bearings (Moore 2012), no mounted damper",
+    ),
+    "dry_friction": Assumed(
+        "steer_damper", "dry friction", 0.10, (0.05, 0.15), "N m, measured likewise; in the least bump alone"
+    ),
     "trail": Assumed(
         "pneumatic_trail",
         "trail",
@@ -119,12 +142,17 @@ ASSUMED: Mapping[str, Assumed] = {
     "arm_inertia": Assumed("rider_arms", "inertia"),
     "arm_stiffness": Assumed("rider_arms", "stiffness"),
     "arm_damping": Assumed("rider_arms", "damping"),
+    "tense_arm_inertia": Assumed("rider_arms", "inertia", 0.05, reason="a tense grip"),
+    "tense_arm_stiffness": Assumed("rider_arms", "stiffness", 30.0, reason="a tense grip"),
+    "tense_arm_damping": Assumed("rider_arms", "damping", 0.3, reason="a tense grip"),
 }
 """Number of the study -> where it is declared; all that differs from the declaration is here, with its reason."""
 
 
-OF_FRONT = ("stiffness", "damping")
+OF_FRONT = ("stiffness", "damping_ratio")
 OF_ARMS = ("inertia", "stiffness", "damping")
+SADDLE = "rider_saddle"  # effect: the rider moves on the saddle
+RELAXED, TENSE = "relaxed", "tense"  # grips
 
 
 @dataclass(frozen=True)
@@ -132,18 +160,23 @@ class Front:
     """Front-frame compliance: joint at ``joint_height`` (m) on the steer axis, SI units."""
 
     stiffness: float = ASSUMED["stiffness"].usual  # N m/rad, of the joint
-    damping: float = ASSUMED["damping"].usual  # N m s/rad, of the joint
+    damping_ratio: float = ASSUMED["damping_ratio"].usual  # of the front on its joint, the rear frame held
     joint_height: float = -ASSUMED["joint_z"].usual  # m above the ground
     joint_x: float | None = None  # m before the rear contact; None: on the steer axis
     # rad, joint axis above the horizontal, forward end up; None: perpendicular to the steer axis
     axis_tilt: float | None = None
-    friction: float = ASSUMED["friction"].usual  # N m s/rad, of the steering, added to that of a steering damper
     from_file: bool = False  # True: of a model file; False: assumed
-    defaults: tuple[str, ...] = ()  # of stiffness and damping, those that the model file omits
+    defaults: tuple[str, ...] = ()  # of stiffness and damping ratio, those that the model file omits
 
     def hinge_x(self, p: Table) -> Any:
         """Place of the joint, m before the rear contact of a parameter set."""
         return p["w"] + p["c"] - self.joint_height * np.tan(p["lam"]) if self.joint_x is None else self.joint_x
+
+    def damping(self, p: Table) -> Any:
+        """Damping of the joint, N m s/rad, on a bicycle with the parameters ``p``."""
+        tilt = p["lam"] if self.axis_tilt is None else self.axis_tilt
+        place = {"joint_x": self.hinge_x(p), "joint_z": -self.joint_height, "axis_tilt": tilt}
+        return self.damping_ratio * critical_damping(self.stiffness, front_inertia(p, **place))
 
 
 @dataclass(frozen=True)
@@ -153,8 +186,17 @@ class Arms:
     inertia: float = ASSUMED["arm_inertia"].usual  # kg m^2, about the steer axis
     stiffness: float = ASSUMED["arm_stiffness"].usual  # N m/rad, against steering
     damping: float = ASSUMED["arm_damping"].usual  # N m s/rad, against steering
+    grip: str = RELAXED  # RELAXED or TENSE; empty: of a model file
     from_file: bool = False  # True: of a model file; False: assumed
     defaults: tuple[str, ...] = ()  # those that the model file omits
+
+
+TENSE_ARMS = Arms(
+    ASSUMED["tense_arm_inertia"].usual,
+    ASSUMED["tense_arm_stiffness"].usual,
+    ASSUMED["tense_arm_damping"].usual,
+    grip=TENSE,
+)
 
 
 def shifts(assumed: Assumed) -> tuple[float, float]:
@@ -165,21 +207,22 @@ def shifts(assumed: Assumed) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Ranges:
-    """Ranges of the assumed values: (low, high) of each, SI; ``hinge`` and ``friction`` as shifts."""
+    """Ranges of the assumed values: (low, high) of each, SI; ``hinge`` as a shift, those of the arms as factors."""
 
     stiffness: tuple[float, float] = ASSUMED["stiffness"].ends  # N m/rad, of the front frame
-    damping: tuple[float, float] = ASSUMED["damping"].ends  # N m s/rad, of the front frame
+    damping_ratio: tuple[float, float] = ASSUMED["damping_ratio"].ends  # of the front on its joint
     hinge: tuple[float, float] = shifts(ASSUMED["joint_z"])  # m, added to the height of the joint
-    friction: tuple[float, float] = ASSUMED["friction"].ends  # N m s/rad, added to that of the steering
+    friction: tuple[float, float] = ASSUMED["friction"].ends  # N m s/rad, of the steering
     camber_share: tuple[float, float] = LIMITS.camber_range  # 1/rad of the load; of a stated camber stiffness a factor
     trail: tuple[float, float] = ASSUMED["trail"].ends  # m, of either tyre
     twisting: tuple[float, float] = ASSUMED["twisting"].ends  # N m/rad, of either tyre
-    arm_inertia: tuple[float, float] = ASSUMED["arm_inertia"].ends  # kg m^2
-    arm_stiffness: tuple[float, float] = ASSUMED["arm_stiffness"].ends  # N m/rad
-    arm_damping: tuple[float, float] = ASSUMED["arm_damping"].ends  # N m s/rad
+    arm_inertia: tuple[float, float] = LIMITS.arms  # of the inertia of the case
+    arm_stiffness: tuple[float, float] = LIMITS.arms  # of its stiffness
+    arm_damping: tuple[float, float] = LIMITS.arms  # of its damping
 
 
 PerWheel = float | tuple[float, float]
+HANDS = {"off": "hands off", "on": "hands on", RELAXED: "relaxed hands on", TENSE: "tense hands on"}
 
 
 @dataclass(frozen=True)
@@ -192,6 +235,7 @@ class Setup:
 
     front: Front | None  # None: rigid front frame
     arms: Arms | None = None  # None: hands off
+    friction: float = ASSUMED["friction"].usual  # N m s/rad, viscous, of the steering; 0 where a model file states it
     camber_share: PerWheel = LIMITS.camber_share
     trail: PerWheel = ASSUMED["trail"].usual
     twisting: PerWheel = ASSUMED["twisting"].usual
@@ -204,13 +248,13 @@ class Setup:
 
     @property
     def hands(self) -> str:
-        """``on`` or ``off``."""
-        return "on" if self.arms else "off"
+        """``off``, ``relaxed`` or ``tense``, or ``on`` with the arms of a model file."""
+        return (self.arms.grip or "on") if self.arms else "off"
 
     @property
     def label(self) -> str:
         """Name of the case, as a heading."""
-        return f"hands {self.hands}, {self.front_name} front frame"
+        return f"{HANDS[self.hands]}, {self.front_name} front frame"
 
     @property
     def assumed(self) -> bool:
@@ -231,7 +275,7 @@ class Settings:
     # (n,), m/s, rising, at which modes are computed
     speeds: Array = field(default_factory=lambda: np.linspace(0, 30, 121))
     front: Front | None = field(default_factory=Front)  # None: unknown, and none is assumed
-    arms: Arms = field(default_factory=Arms)  # of the cases with hands on
+    arms: Arms = field(default_factory=Arms)  # of the cases with hands on; assumed ones are relaxed
     camber_share: float = LIMITS.camber_share  # 1/rad of the load, assumed camber stiffness of a tyre that states none
     trail: float = ASSUMED["trail"].usual  # m, likewise
     twisting: float = ASSUMED["twisting"].usual  # N m/rad, likewise
@@ -264,13 +308,29 @@ class Settings:
         return self.setups[0]
 
     @property
+    def friction(self) -> float:
+        """Viscous friction of the steering, N m s/rad; 0 if the model file states the damping of the steering."""
+        return 0.0 if "steer_damper" in self.further else ASSUMED["friction"].usual
+
+    @property
+    def grips(self) -> tuple[Arms, ...]:
+        """Arms of the cases with hands on: those of the model file, or relaxed and tense ones."""
+        return (self.arms,) if self.arms.from_file else (self.arms, TENSE_ARMS)
+
+    @property
     def setups(self) -> tuple[Setup, ...]:
-        """Four cases, the reference first; two if no flexible front frame is known."""
-        cases = []
-        for front in dict.fromkeys((self.front, None)):
-            for arms in (None, self.arms):
-                cases.append(Setup(front, arms, self.camber_share, self.trail, self.twisting))
-        return tuple(cases)
+        """Cases, the reference first: hands off and every grip, then hands off and relaxed with a rigid front frame."""
+        hands = [(self.front, arms) for arms in (None, *self.grips)]
+        if self.front:
+            hands += [(None, arms) for arms in (None, self.arms)]
+        return tuple(
+            Setup(front, arms, self.friction, self.camber_share, self.trail, self.twisting) for front, arms in hands
+        )
+
+    @property
+    def sampled_setups(self) -> tuple[Setup, ...]:
+        """Cases with samples: those with the front frame of the reference."""
+        return tuple(setup for setup in self.setups if setup.front == self.front)
 
     @property
     def ranges(self) -> Ranges:
@@ -281,11 +341,13 @@ class Settings:
             stated |= {name: getattr(self.front, name) for name in of_front}
         if self.arms.from_file:
             of_arms = [name for name in OF_ARMS if name not in self.arms.defaults]
-            stated |= {f"arm_{name}": getattr(self.arms, name) for name in of_arms}
+            stated |= dict.fromkeys((f"arm_{name}" for name in of_arms), 1.0)
         if "camber_thrust" in self.further:
             stated["camber_share"] = 1.0
         within = 1 - LIMITS.written
         ranges = {name: (within * value, value / within) for name, value in stated.items()}
+        if self.front and "damping_ratio" not in stated and SADDLE in self.further:
+            ranges["damping_ratio"] = ASSUMED["saddle_damping_ratio"].ends
         if self.front and self.front.from_file:
             ranges["hinge"] = (-0.02, 0.02)
         if "steer_damper" in self.further:
@@ -295,14 +357,25 @@ class Settings:
     @property
     def left_out(self) -> tuple[str, ...]:
         """Names of the values of front frame and arms that a model file omits, which are assumed."""
-        of_front = self.front.defaults if self.front else ()
+        of_front = [name.replace("_", " ") for name in self.front.defaults] if self.front else []
         return (*(f"front-frame {name}" for name in of_front), *(f"arm {name}" for name in self.arms.defaults))
 
 
-def assumed_front(bicycle: Bicycle) -> Front | None:
-    """Assume front-frame compliance for a ``bicycle``; None if it is unlike the measured ones, as a cargo bicycle."""
-    alike = LIMITS.wheelbase[0] <= bicycle["w"] <= LIMITS.wheelbase[1]
-    return Front() if alike and LIMITS.wheel[0] <= bicycle["rF"] <= LIMITS.wheel[1] else None
+def assumed_front(bicycle: Bicycle, *, moving_rider: bool = False) -> Front | None:
+    """Assume front-frame compliance for a ``bicycle``; None if it is unlike the measured ones, as a cargo bicycle.
+
+    With a rider that moves on the saddle the damping is that of the frame alone.
+    """
+    if not LIMITS.wheelbase[0] <= bicycle["w"] <= LIMITS.wheelbase[1]:
+        return None
+    if not LIMITS.wheel[0] <= bicycle["rF"] <= LIMITS.wheel[1]:
+        return None
+    return Front(damping_ratio=assumed_ratio(moving_rider=moving_rider))
+
+
+def assumed_ratio(*, moving_rider: bool) -> float:
+    """Assumed damping ratio of the front: of the frame alone, or of the frame with a rider fixed to it."""
+    return ASSUMED["saddle_damping_ratio" if moving_rider else "damping_ratio"].usual
 
 
 def settings_of(
@@ -334,10 +407,11 @@ def settings_of(
                     f"in {model}"
                 )
         content = _read_model_file(model)
+        assumed = assumed_front(content["bicycle"], moving_rider=SADDLE in content["further"])
         if tyre is not None and "contact" in content:
             law = f"its own contact law, [effects.{LAW}]"
             raise InputError(f"{model} has {law}; change the tyre there, or remove --tyre")
-        return Settings(**{"front": assumed_front(content["bicycle"])} | content | tyre_options)
+        return Settings(**{"front": assumed} | content | tyre_options)
     if rider is not None:
         if bicycle is None:
             raise InputError(f"--rider {rider} requires --bicycle, for example --bicycle pista")
@@ -381,22 +455,34 @@ def _read_model_file(model: str) -> dict[str, Any]:
     if contact is not None:
         content["contact"] = located(contact, Path(model).parent)
     if front is not None:
-        values = effect_class("front_compliance")(**front).values(whole.bicycle.values)
-        number = {ParameterKey.parse(key).entry: value for key, value in values.items()}
-        content["front"] = Front(
-            number["stiffness"],
-            number["damping"],
-            -number["joint_z"],
-            number["joint_x"],
-            number["axis_tilt"],
-            from_file=True,
-            defaults=tuple(name for name in OF_FRONT if name not in front),
-        )
+        content["front"] = _read_front(front, whole.bicycle, moving_rider=SADDLE in tables)
     if arms is not None:
         effect = effect_class("rider_arms")(**arms)
         numbers = {name: float(getattr(effect, name)) for name in OF_ARMS}
-        content["arms"] = Arms(**numbers, from_file=True, defaults=tuple(name for name in OF_ARMS if name not in arms))
+        defaults = tuple(name for name in OF_ARMS if name not in arms)
+        content["arms"] = Arms(**numbers, grip="", from_file=True, defaults=defaults)
     return content
+
+
+def _read_front(table: Table, bicycle: Bicycle, *, moving_rider: bool) -> Front:
+    """Read the front frame of the model file's ``table``; a damping that it omits is assumed."""
+    values = effect_class("front_compliance")(**table).values(bicycle.values)
+    number = {ParameterKey.parse(key).entry: value for key, value in values.items()}
+    place = {name: number[name] for name in ("joint_x", "joint_z", "axis_tilt")}
+    ratio = number["damping"] / critical_damping(number["stiffness"], front_inertia(bicycle.values, **place))
+    omitted = [] if "stiffness" in table else ["stiffness"]
+    if "damping" not in table and DAMPING_RATIO not in table:
+        omitted.append("damping_ratio")
+        ratio = assumed_ratio(moving_rider=moving_rider)
+    return Front(
+        number["stiffness"],
+        float(ratio),
+        -number["joint_z"],
+        number["joint_x"],
+        number["axis_tilt"],
+        from_file=True,
+        defaults=tuple(omitted),
+    )
 
 
 def _with_numbers(tables: Mapping[str, Any], model: Model) -> dict[str, Any]:

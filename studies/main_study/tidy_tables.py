@@ -158,13 +158,15 @@ def _changes(study: Study, quantity: str, unit: str) -> Iterator[Row]:
 def _wobble(study: Study) -> Iterator[Row]:
     limit = study.settings.fastest
     for r in study.results:
-        span = r.span(limit)
+        span = r.wobble
         samples = study.samples_around(r)
         row = _condition(study, r.case, r.setup) | {
             "looked_at_up_to_m_s": limit,
-            "unstable": span is not None,
+            "wobbles": span is not None,
             "from_m_s": span.low if span else None,
             "to_m_s": span.high if span else None,
+            "growth_1_s": span.growth if span else None,
+            "frequency_Hz": span.frequency_hz if span else None,
             "min_damping_ratio": r.least.damping_ratio if r.least else None,
             "at_m_s": r.least.speed if r.least else None,
         }
@@ -182,7 +184,7 @@ def _hinges(study: Study) -> Iterator[Row]:
                 "varied": hinge.what,
                 "end": name,
                 "value": end.what,
-                "unstable": end.span is not None,
+                "wobbles": end.span is not None,
                 "from_m_s": end.span.low if end.span else None,
                 "to_m_s": end.span.high if end.span else None,
                 "min_damping_ratio": end.least.damping_ratio if end.least else None,

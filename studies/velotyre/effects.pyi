@@ -213,7 +213,7 @@ class FrontCompliance(Effect):
 
     Parameters
     ----------
-    stiffness : float, N m/rad, default 3000
+    stiffness : float, N m/rad, default 5000
         Of the hinge; typical 1000 .. 10000, allowed 0 .. inf; the effect vanishes at inf; negligible above 20000.
     damping : float, N m s/rad, default 20
         Of the hinge; typical 5 .. 40 (assumed for frame and seated rider together, where the rider is fixed; agrees
@@ -241,7 +241,7 @@ class FrontCompliance(Effect):
         *,
         joint_x: float,
         joint_z: float,
-        stiffness: float = 3000.0,
+        stiffness: float = 5000.0,
         damping: float = 20.0,
         axis_tilt: float = ...,
     ) -> None: ...

@@ -21,6 +21,8 @@ from tyre.measured import BANDS
 
 SHIFTS = {"hinge": "joint_z"}  # range of the main study, as a shift -> the number that it shifts
 OF_THE_LOAD = {"camber_share"}  # 1/rad, camber stiffness over the load of the wheel: no parameter of an effect
+OF_ARMS = {"arm_inertia", "arm_stiffness", "arm_damping"}  # ranges are factors on the arms of the case
+UNDECLARED = {"damping_ratio", "dry friction"}  # no parameter of an effect
 LOADS = (350.0, 745.0)  # N, of the wheels of ridden bicycles
 
 
@@ -42,9 +44,10 @@ def described_sd(p, value):
 
 def test_every_range_of_the_main_study_is_the_declared_one_or_stands_in_the_table_with_its_reason():
     ranges = vars(main_study.Ranges())
-    assert set(ranges) == (set(ASSUMED) - set(SHIFTS.values())) | set(SHIFTS) | OF_THE_LOAD
+    further_cases = {"saddle_damping_ratio", "dry_friction", *(f"tense_{name}" for name in OF_ARMS)}
+    assert set(ranges) == (set(ASSUMED) - set(SHIFTS.values()) - further_cases) | set(SHIFTS) | OF_THE_LOAD
     for name, ends in ranges.items():
-        if name in OF_THE_LOAD:
+        if name in OF_THE_LOAD | OF_ARMS:
             continue
         number = ASSUMED[SHIFTS.get(name, name)]
         expected = number.range or declared(number.effect, number.name).typical
@@ -55,6 +58,10 @@ def test_every_range_of_the_main_study_is_the_declared_one_or_stands_in_the_tabl
 @pytest.mark.parametrize("name", ASSUMED)
 def test_what_the_main_study_assumes_is_the_declared_default_or_has_a_reason(name):
     number = ASSUMED[name]
+    if number.name in UNDECLARED:
+        assert number.reason
+        assert number.ends[0] < number.usual < number.ends[1]
+        return
     parameter = declared(number.effect, number.name)
     if number.value is None and number.range is None:
         assert (number.usual, number.ends) == (parameter.default, parameter.typical)
@@ -70,21 +77,25 @@ def test_the_main_study_takes_its_numbers_from_the_table():
     setup = main_study.Settings(load_bicycle("pista_charlie_drops")).setups[1]
     front, arms = setup.front, setup.arms
     taken = {
-        "stiffness": front.stiffness, "damping": front.damping, "joint_z": -front.joint_height,
-        "friction": front.friction, "trail": setup.trail, "twisting": setup.twisting, "arm_inertia": arms.inertia,
+        "stiffness": front.stiffness, "damping_ratio": front.damping_ratio, "joint_z": -front.joint_height,
+        "friction": setup.friction, "trail": setup.trail, "twisting": setup.twisting, "arm_inertia": arms.inertia,
         "arm_stiffness": arms.stiffness, "arm_damping": arms.damping,
     }  # fmt: skip
-    assert taken == {name: number.usual for name, number in ASSUMED.items()}
+    tense = main_study.Settings(load_bicycle("pista_charlie_drops")).setups[2].arms
+    taken |= {f"tense_arm_{name}": getattr(tense, name) for name in ("inertia", "stiffness", "damping")}
+    others = ASSUMED.keys() - taken
+    assert others == {"saddle_damping_ratio", "dry_friction"}  # with another effect, and beside the model
+    assert taken == {name: ASSUMED[name].usual for name in taken}
 
 
 ROWS = {
     "stiffness": ("front-frame stiffness", 1.0),
-    "damping": ("front-frame damping", 1.0),
+    "damping_ratio": ("front-frame damping ratio", 1.0),
     "trail": ("pneumatic trail", 1e-3),
     "twisting": ("twisting torque", 1.0),
-    "arm_inertia": ("arms: inertia at the steering", 1.0),
     "joint_z": ("front-frame joint height, on the steer axis", -1.0),
-    "friction": ("steering friction, as damping", 1.0),
+    "friction": ("steering friction, viscous", 1.0),
+    "dry_friction": ("steering friction, dry", 1.0),
 }
 """Number of the study -> its row on the page, and the unit of the page in SI (z is down)."""
 
@@ -97,9 +108,10 @@ def read_numbers(cell):
 def test_the_page_of_the_main_study_states_the_numbers_that_it_takes():
     text = page("main_study")
     rows = {cells[0]: cells[1:] for cells in re.findall(r"^\| ([^|]+) \| ([^|]+) \| ([^|]+) \|", text, re.MULTILINE)}
-    arms = [read_numbers(cell) for cell in rows["arms: stiffness, damping"]]
-    stiffness, damping = ASSUMED["arm_stiffness"], ASSUMED["arm_damping"]
-    assert arms == [[stiffness.usual, damping.usual], [*stiffness.ends, *damping.ends]]
+    for grip, prefix in (("relaxed", ""), ("tense", "tense_")):
+        values, factors = (read_numbers(cell) for cell in rows[f"{grip} arms: inertia, stiffness, damping"])
+        assert values == [ASSUMED[f"{prefix}arm_{name}"].usual for name in ("inertia", "stiffness", "damping")]
+        assert tuple(factors) == main_study.LIMITS.arms
     for name, (row, unit) in ROWS.items():
         usual, ends = (read_numbers(cell) for cell in rows[row])
         if "±" in rows[row][1]:
@@ -132,14 +144,16 @@ def test_sensitivity_and_uncertainty_take_the_same_deviation_and_the_page_of_the
 
 def test_a_bicycle_of_everyday_numbers_flexes_as_in_the_main_study():
     limits, ranges = own_bicycle.LIMITS, main_study.Ranges()
-    assert (limits.stiffness, limits.damping) == (ranges.stiffness, ranges.damping)
+    assert (limits.stiffness, limits.damping_ratio) == (ranges.stiffness, ranges.damping_ratio)
+    assert limits.friction == ranges.friction
     height = main_study.Front().joint_height
     assert limits.height == pytest.approx((height + ranges.hinge[0], height + ranges.hinge[1]))
 
 
 def test_ranges_of_a_flexible_front_and_of_a_leaning_tyre():
     """Assumed, and measured on a Schwalbe tyre."""
-    assert (declared("front_compliance", "damping").typical, ASSUMED["damping"].usual) == ((5.0, 40.0), 20.0)
+    damping = declared("front_compliance", "damping")
+    assert (damping.typical, damping.default) == ((5.0, 40.0), 20.0)
     assert (declared("twisting_torque", "twisting_stiffness").typical, ASSUMED["twisting"].usual) == ((2.4, 12.0), 5.0)
 
 
@@ -213,9 +227,9 @@ def test_effects_that_take_one_number_of_the_tyre_declare_one_range():
 
 
 def test_a_number_of_a_model_file_is_drawn_within_a_fifth():
-    front = main_study.Front(4000.0, 10.0, 0.65, from_file=True)
+    front = main_study.Front(4000.0, 0.10, 0.65, from_file=True)
     ranges = main_study.Settings(load_bicycle("pista_charlie_drops"), front=front).ranges
-    assert ranges.damping == pytest.approx((8.0, 12.5))
+    assert ranges.damping_ratio == pytest.approx((0.08, 0.125))
     assert ranges.stiffness == pytest.approx((3200.0, 5000.0))
 
 
@@ -237,9 +251,9 @@ def test_what_a_model_file_leaves_out_is_assumed_and_drawn_from_the_declared_ran
     file = tmp_path / "model.toml"
     file.write_text(LEAVES_OUT, encoding="utf-8")
     settings = main_study.settings_of(str(file))
-    assert settings.left_out == ("front-frame damping", "arm stiffness")
+    assert settings.left_out == ("front-frame damping ratio", "arm stiffness")
     assert settings.further == {}
     ranges = settings.ranges
-    assert (ranges.damping, ranges.twisting, ranges.arm_stiffness) == ((5.0, 40.0), (2.4, 12.0), (0.0, 30.0))
-    assert (ranges.stiffness, ranges.arm_damping) == (pytest.approx((3200.0, 5000.0)), pytest.approx((1.6, 2.5)))
-    assert (settings.front.damping, settings.twisting) == (20.0, 5.0)
+    assert (ranges.damping_ratio, ranges.twisting, ranges.arm_stiffness) == ((0.15, 0.40), (2.4, 12.0), (0.5, 2.0))
+    assert (ranges.stiffness, ranges.arm_damping) == (pytest.approx((3200.0, 5000.0)), (0.8, 1.25))
+    assert (settings.front.damping_ratio, settings.twisting) == (0.25, 5.0)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from studies.main_study import LeastDamped, Samples, UncertainCriticalSpeed, first_screen
+from studies.main_study import LeastDamped, Samples, Span, UncertainCriticalSpeed, first_screen
 
 LOW, MIDDLE, HIGH = "3.5 bar", "5.5 bar", "7.5 bar"
 STAY = np.full(20, 5.0)  # m/s
@@ -33,7 +33,8 @@ def altered(study, changes, onsets=None, **settings):
     for r in study.results:
         if r.setup == reference and r.case.name == name and r.case.condition in changes:
             low, high, ratio = changes[r.case.condition]
-            r = replace(r, crossings=edges(low, high), least=least(ratio))
+            wobble = Span(low, high or np.inf, 30.0, 3 + 50j, 12.0) if low else None
+            r = replace(r, crossings=edges(low, high), least=least(ratio), wobble=wobble)
         results.append(r)
     for p in study.samples:
         if p.setup == reference and p.case.name == name:

@@ -9,8 +9,10 @@ from bicycle.effects import effect_class
 from bicycle.model import LinearModel, Model
 from bicycle.parameters import Bicycle
 
-FRONT = {"stiffness": 5000.0, "damping": 20.0, "height": 0.65}
+FRONT = {"stiffness": 5000.0, "ratio": 0.25, "height": 0.65}
 ARMS = {"inertia": 0.1, "stiffness": 5.0, "damping": 1.0}
+TENSE = {"inertia": 0.05, "stiffness": 30.0, "damping": 0.3}
+FRICTION = {"damping": 0.15}
 
 
 def by_hand(
@@ -33,20 +35,32 @@ def by_hand(
         tables["twisting_torque"] = {"twisting_stiffness": twisting}
     if front:
         height = front["height"]
+        critical = 2 * np.sqrt(front["stiffness"] * front_inertia(bicycle, height))
         tables["front_compliance"] = {
-            "stiffness": front["stiffness"], "damping": front["damping"], "axis_tilt": v["lam"],
+            "stiffness": front["stiffness"], "damping": front["ratio"] * critical, "axis_tilt": v["lam"],
             "joint_x": v["w"] + v["c"] - height * np.tan(v["lam"]), "joint_z": -height,
         }  # fmt: skip
     if arms:
         tables["rider_arms"] = arms
-    tables |= others
+    tables |= {"steer_damper": FRICTION} | others
     return Model(bicycle, tuple(effect_class(name)(**table) for name, table in tables.items())).linear_model()
 
 
-def growing(model: LinearModel, speed: float, above: float = 3.0) -> int:
-    """Growing pairs faster than ``above`` Hz."""
+def front_inertia(bicycle: Bicycle, height: float) -> float:
+    """Inertia (kg m^2) of handlebar, fork and wheel about a hinge across the steer axis at a height (m)."""
+    p = bicycle.values
+    hinge = np.array([p["w"] + p["c"] - height * np.tan(p["lam"]), -height])
+    along = np.array([np.cos(p["lam"]), -np.sin(p["lam"])])  # the axis: an arm counts with its part down the steer axis
+    down = np.array([np.sin(p["lam"]), np.cos(p["lam"])])
+    handlebar = np.array([[p["IHxx"], p["IHxz"]], [p["IHxz"], p["IHzz"]]])
+    arms = [down @ (np.array(place) - hinge) for place in ((p["xH"], p["zH"]), (p["w"], -p["rF"]))]
+    return float(along @ handlebar @ along + p["IFxx"] + p["mH"] * arms[0] ** 2 + p["mF"] * arms[1] ** 2)
+
+
+def growing(model: LinearModel, speed: float, above: float = 3.0, rate: float = 0.0) -> int:
+    """Pairs faster than ``above`` Hz that grow faster than ``rate`` (1/s)."""
     values = model.eigenvalues(speed)
-    return int(((values.real > 0) & (values.imag > above * 2 * np.pi)).sum())
+    return int(((values.real > rate) & (values.imag > above * 2 * np.pi)).sum())
 
 
 def least_damping(model: LinearModel, speeds: Sequence[float]) -> float:

@@ -47,7 +47,7 @@ def run(*, out: Path, seed: int, fronts: int = 64, samples: int = 500, workers: 
 
 def band(result: Result, settings: Settings) -> dict[str, Any]:
     """Unstable wobble (m/s; null: none, or beyond the speeds looked at) and its least damping ratio."""
-    span = result.span(settings.fastest)
+    span = result.wobble
     return {
         "from_m_s": round(span.low, 2) if span else None,
         "to_m_s": round(span.high, 2) if span and span.high <= settings.fastest else None,

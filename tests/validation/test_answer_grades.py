@@ -25,6 +25,6 @@ def test_the_unstable_range_from_kanes_equations_is_that_of_the_package():
 
     settings = Settings(draw(1).bicycle, tyre="Tyre1")
     studied = tyre_cases(settings).studied[0]
-    span = solve(settings, studied, settings.reference).span(30.0)
+    span = solve(settings, studied, settings.reference).wobble
     case = replace(draw(1), numbers=USUAL)
     assert unstable_speeds(case, np.asarray(studied.contact)) == pytest.approx(min(span.high, 30.0) - span.low, abs=0.5)

@@ -31,11 +31,12 @@ def test_the_headline_shows_growth_with_relaxation_lengths_and_the_unstable_spee
     assert named >= {f"{r.case.condition}, σ = {1e3 * r.case.contact[3]:.0f} mm" for r in results}
     assert named >= {"wobble", "weave", "unstable", "wobble of 90 % of the samples, 3.5 bar"}
     found = [(p.get_x(), p.get_x() + p.get_width()) for p in bars.patches if p.get_width() < 30]
-    spans = [results[k].span(30.0) for k in (0, -1)]
+    tense = racing.result(racing.settings.setups[2], results[0].case)
+    spans = [results[0].wobble, results[-1].wobble, tense.wobble]
     np.testing.assert_allclose(found, [(span.low, min(span.high, 30.0)) for span in spans])
-    low, high = (f"{100 * one.wobbling_share:.0f} %" for one in racing.samples[2:])
-    hands_on = f"stable; unstable samples: {low} at 3.5 bar, {high} at 7.5 bar"
-    assert texts(bars).splitlines() == [hands_on, "stable", "stable"]  # the other cases
+    low, high = (f"{100 * one.wobbling_share:.0f} %" for one in racing.samples[2:4])
+    relaxed = f"no wobble; samples that wobble: {low} at 3.5 bar, {high} at 7.5 bar"
+    assert texts(bars).splitlines() == [relaxed, "no wobble, 7.5 bar", "no wobble", "no wobble"]  # the other cases
 
 
 def test_the_causes_of_a_change_are_those_of_the_decomposition(racing, canvases, tmp_path):
@@ -63,9 +64,10 @@ def test_critical_speeds_explain_hollow_marks_and_keep_modes_apart(racing, canva
     panels = {axes.get_title(): axes for axes in canvases[0].axes}
     assert list(panels) == [
         "hands off, flexible front frame (assumed)",
-        "hands on (assumed), flexible front frame (assumed)",
+        "relaxed hands on (assumed), flexible front frame (assumed)",
+        "tense hands on (assumed), flexible front frame (assumed)",
         "hands off, rigid front frame",
-        "hands on (assumed), rigid front frame",
+        "relaxed hands on (assumed), rigid front frame",
     ]
     heights = {}
     for line in panels[

@@ -1,11 +1,12 @@
 """A case as a model, where its wobble is unstable, and its numbers with their standard deviations."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import wobble_onsets
-from by_hand import ARMS, FRONT, by_hand, growing
+from by_hand import ARMS, FRONT, TENSE, by_hand, growing
 from eigenvalue_sets import assert_same_eigenvalues
 from small_study import RACING, chosen, exactly_known, small
 
@@ -22,40 +23,39 @@ BY_HAND = [6300.0, 0.14, 6000.0, 0.12]
 @pytest.mark.parametrize(("length", "speed"), wobble_onsets.RIGID)
 def test_rigid_wobble_onset_of_the_benchmark_bicycle(length, speed):
     rear, front = wobble_onsets.RIGID_STIFFNESS.values()
-    world = main_study.Setup(None, None, 0.0, 0.0, 0.0)
+    world = main_study.Setup(None, None, 0.0, 0.0, 0.0, 0.0)
     linear = model(small("benchmark"), world, [rear, length, front, length]).linear_model()
     found = main_study.named_speeds(critical_speeds(linear))
     assert found[CrossingIdentity("wobble", destabilising=True)] == pytest.approx(speed, abs=1e-4)
 
 
-@pytest.mark.parametrize("number", range(4))
+@pytest.mark.parametrize("number", range(5))
 def test_every_world_is_the_model_put_together_by_hand(number):
     settings = small()
-    parts = [{"front": FRONT}, {"front": FRONT, "arms": ARMS}, {}, {"arms": ARMS}][number]
+    flexible = {"front": FRONT}
+    parts = [flexible, flexible | {"arms": ARMS}, flexible | {"arms": TENSE}, {}, {"arms": ARMS}][number]
     expected = by_hand(settings.bicycle, BY_HAND, **parts).eigenvalues(7.0)
     found = model(settings, settings.setups[number], BY_HAND).linear_model().eigenvalues(7.0)
     assert_same_eigenvalues(found, expected, rtol=1e-9, atol=1e-9)
 
 
-def test_friction_of_the_steering_is_a_damper_beside_the_one_of_the_file():
-    settings = small(further={"steer_damper": {"damping": 0.7}}, front=main_study.Front(friction=0.5))
-    expected = by_hand(settings.bicycle, BY_HAND, front=FRONT, steer_damper={"damping": 1.2}).eigenvalues(7.0)
-    found = model(settings, settings.reference, BY_HAND).linear_model()
-    assert_same_eigenvalues(found.eigenvalues(7.0), expected, rtol=1e-9)
-    rigid = by_hand(settings.bicycle, BY_HAND, steer_damper={"damping": 0.7}).eigenvalues(7.0)
-    found = model(settings, settings.setups[2], BY_HAND).linear_model()
-    assert_same_eigenvalues(found.eigenvalues(7.0), rigid, rtol=1e-9)
+def test_the_damping_of_the_steering_in_a_file_takes_the_place_of_the_assumed_friction():
+    settings = small(further={"steer_damper": {"damping": 0.7}})
+    for setup, parts in ((settings.reference, {"front": FRONT}), (settings.setups[3], {})):
+        expected = by_hand(settings.bicycle, BY_HAND, steer_damper={"damping": 0.7}, **parts).eigenvalues(7.0)
+        found = model(settings, setup, BY_HAND).linear_model()
+        assert_same_eigenvalues(found.eigenvalues(7.0), expected, rtol=1e-9)
 
 
 def test_own_hinge_axis_and_effects_are_in_the_model():
     settings = small(
-        front=main_study.Front(4000.0, 8.0, 0.7, 0.95, 0.1, from_file=True),
+        front=main_study.Front(4000.0, 0.08, 0.7, 0.95, 0.1, from_file=True),
         arms=main_study.Arms(0.2, 12.0, 2.0, from_file=True),
         further={"crown_radius": {"crown_radius": 0.014}, "camber_thrust": {"camber_stiffness": 210.0}},
     )  # fmt: skip
     expected = by_hand(
         settings.bicycle, BY_HAND,
-        front_compliance={"stiffness": 4000, "damping": 8, "joint_x": 0.95, "joint_z": -0.7, "axis_tilt": 0.1},
+        front_compliance={"stiffness": 4000, "damping_ratio": 0.08, "joint_x": 0.95, "joint_z": -0.7, "axis_tilt": 0.1},
         rider_arms={"inertia": 0.2, "stiffness": 12, "damping": 2}, crown_radius={"crown_radius": 0.014},
         camber_thrust={"camber_stiffness": 210.0},
     ).eigenvalues(7.0)  # fmt: skip
@@ -75,11 +75,8 @@ class Growing:
         self.real, self.hertz = real, hertz
 
     def eigenvalues(self, speed):
-        value = complex(self.real(speed), 2 * np.pi * self.hertz(speed))
-        return np.array([value, value.conjugate()])
-
-
-STEADY = Growing(lambda v: -1.0, lambda v: 7.0)
+        value = np.atleast_1d(self.real(np.asarray(speed)) + 2j * np.pi * self.hertz(np.asarray(speed)))
+        return np.stack([value, value.conjugate()], axis=-1).reshape(*np.shape(speed), 2)
 
 
 def test_wobble_is_known_by_its_name_and_where_that_is_open_by_its_frequency():
@@ -108,26 +105,58 @@ def test_the_handlebar_turns_more_in_what_counts_as_wobble(racing):
     assert all(ratio < 3 for ratio in weave)
 
 
+def span(edges, real, *, hands_on=False, limit=30.0):
+    return main_study.wobble_span(Growing(real, lambda v: 7 + 0 * v), edges, hands_on=hands_on, limit=limit)
+
+
+def test_wobble_that_counts_grows_by_half_a_unit_a_second_and_its_grade_is_that_of_its_fastest_growth():
+    """Growth 0.4 (v - 4)(12 - v)/4: 0.5 at 8 -+ sqrt(11), and 1.6 at 8 m/s."""
+    edges = [edge("wobble", 4, 7), edge("wobble", 12, 7, loses=False)]
+    found = span(edges, lambda v: 0.1 * (v - 4) * (12 - v))
+    assert (found.low, found.high) == pytest.approx((8 - math.sqrt(11), 8 + math.sqrt(11)), abs=1e-5)
+    assert (found.growth, found.fastest_at, found.frequency_hz) == pytest.approx((1.6, 8.0, 7.0))
+    assert found.grade == "slow"
+    assert span(edges, lambda v: 0.2 * (v - 4) * (12 - v)).grade == "fast"
+    assert span(edges, lambda v: 0.03 * (v - 4) * (12 - v)) is None
+
+
 def test_a_span_joins_bands_and_is_open_beyond_the_speeds_looked_at():
-    edges = [edge("wobble", 4, 6), edge("wobble", 8, 7, loses=False), edge("wobble", 12, 8),
-             edge("wobble", 33, 9, loses=False)]  # fmt: skip
-    assert main_study.wobble_span(STEADY, edges[:2], 30.0) == main_study.Span(4.0, 8.0, 30.0)
-    assert main_study.wobble_span(STEADY, edges, 30.0) == main_study.Span(4.0, math.inf, 30.0)
-    assert main_study.wobble_span(STEADY, edges, 40.0) == main_study.Span(4.0, 33.0, 40.0)
-    assert main_study.wobble_span(STEADY, edges[1:2], 30.0) == main_study.Span(0.0, 8.0, 30.0)
-    assert main_study.wobble_span(STEADY, edges, 3.0) is None
+    """Growth 3 sin(pi v/4 - pi): unstable from 4 to 8 and from 12 to 16 m/s and so on."""
+
+    def real(v):
+        return 3 * np.sin(np.pi * v / 4 - np.pi)
+
+    edges = [edge("wobble", v, 7, loses=v % 8 == 4) for v in (4, 8, 12, 16)]
+    inside = 4 / np.pi * math.asin(0.5 / 3)
+    joined = span(edges, real)
+    assert (joined.low, joined.high) == pytest.approx((4 + inside, 16 - inside), abs=1e-5)
+    assert span(edges[:2], real).high == pytest.approx(8 - inside, abs=1e-5)
+    assert span(edges[:3], real, limit=14.0).high == math.inf
+    assert span(edges, real, limit=3.0) is None
 
 
-@pytest.mark.parametrize(("stiffness", "ends"), [(2500.0, math.inf), (5000.0, 28.2)])
-def test_an_undamped_front_wobbles_from_rest_on(stiffness, ends):
+def test_wobble_slower_than_anyone_rides_does_not_count():
+    edges = [edge("wobble", 20, 7, loses=False)]
+    assert span(edges, lambda v: 20 - v).low == 4.0
+    assert span(edges, lambda v: 20 - v, hands_on=True).low == 3.0
+    weave = edge("weave", 6.3, 1.0, loses=False)
+    assert span([weave, *edges], lambda v: 20 - v).low == pytest.approx(6.3, abs=0.25)
+    assert span([weave, *edges], lambda v: 20 - v, hands_on=True).low == 3.0
+
+
+@pytest.mark.parametrize(("stiffness", "endless"), [(2500.0, True), (5000.0, False)])
+def test_an_undamped_front_wobbles_from_rest_on(stiffness, endless):
     """At rest it is neutral, and at walking speed it grows: no critical speed says where it begins."""
     settings = small(front=main_study.Front(stiffness, 0.0), trail=0.0, twisting=0.0)
-    linear = model(settings, settings.reference, [6300.0, 0.14, 6000.0, 0.12]).linear_model()
+    setup = replace(settings.reference, friction=0.0)
+    linear = model(settings, setup, [6300.0, 0.14, 6000.0, 0.12]).linear_model()
     edges = critical_speeds(linear, max_speed=settings.fastest)
     assert not any(one.direction == "destabilising" and one.kind == "oscillatory" for one in edges)
-    span = main_study.wobble_span(linear, edges, settings.fastest)
-    assert span.low == 0.0
-    assert span.high == pytest.approx(ends, abs=0.1)
+    span = main_study.wobble_span(linear, edges, hands_on=True, limit=settings.fastest)
+    assert span.low == 3.0  # nobody rides slower
+    assert span.endless == endless
+    if not endless:
+        assert [growing(linear, span.high + step, rate=0.5) for step in (-0.01, 0.01)] == [1, 0]
     assert all(growing(linear, speed) == 1 for speed in (0.01, 1.0, 10.0, 25.0))
 
 
@@ -140,23 +169,29 @@ def test_band_edges_are_where_the_eigenvalues_lose_and_regain_stability(racing):
         for found, inside in edges:
             assert growing(linear, found.speed + inside) == 1
             assert growing(linear, found.speed - inside) == 0
-        span = result.span(limit)
-        assert span.low == band.start.speed
-        assert span.high == (band.end.speed if band.end.speed <= limit else math.inf)
-        assert growing(linear, limit) == (span.high > limit)
+        span = result.wobble
+        weave = min(c.speed for c in result.crossings if c.mode == "weave" and not c.destabilising)
+        assert span.low >= weave
+        if span.low == weave:
+            assert growing(linear, weave, rate=0.5) == 1
+        for edge_of_span, inside in ((span.low, 0.01), (span.high, -0.01)):
+            if math.isfinite(edge_of_span) and edge_of_span != weave:
+                assert growing(linear, edge_of_span + inside, rate=0.5) == 1
+                assert growing(linear, edge_of_span - inside, rate=0.5) == 0
+        assert growing(linear, limit, rate=0.5) == (span.high > limit)
 
 
-@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("number", [1, 3, 4])
 def test_stable_worlds_have_no_growing_fast_oscillation(racing, number):
     setup = racing.settings.setups[number]
     speeds = np.linspace(0.1, racing.settings.fastest, 60)
     for result in racing.results_of(setup):
-        assert result.span(racing.settings.fastest) is None
+        assert result.wobble is None
         assert result.bands(racing.settings.fastest) == []
         assert not any(growing(result.modes.model, speed) for speed in speeds)
 
 
-@pytest.mark.parametrize("number", range(4))
+@pytest.mark.parametrize("number", [0, 1, 3, 4])
 def test_without_a_rider_weave_and_wobble_exchange_character(number):
     """One fast oscillation of the empty Pista grows below 30 m/s; it is wobble only behind an exchange of character."""
     settings = small("pista", trail=0.0, twisting=0.0)
@@ -168,14 +203,14 @@ def test_without_a_rider_weave_and_wobble_exchange_character(number):
     exchanged = [e.speed for e in result.modes.events if e.kind == "exchange" and set(e.modes) == {"weave", "wobble"}]
     if any(speed < fast.speed for speed in exchanged):
         assert fast.mode == "wobble"
-        assert result.span(30.0).low == pytest.approx(fast.speed)
+        assert fast.speed < result.wobble.low < fast.speed + 2.0  # where it grows by 0.5 1/s
     else:
-        assert result.span(30.0) is None
+        assert result.wobble is None
         assert result.bands(30.0) == []
         assert result.least.damping_ratio > 0.1
 
 
-@pytest.mark.parametrize(("world", "never"), [(2, False), (3, True)])
+@pytest.mark.parametrize(("world", "never"), [(3, False), (4, True)])
 def test_stiff_arms_leave_no_speed_that_is_stable(world, never):
     """Self-stable between weave and capsize, until arms of 10 N m/rad end that (Doria & Tognazzo 2014, abstract)."""
     settings = small(RACING, arms=main_study.Arms(inertia=0.0, stiffness=10.0, damping=0.0))

@@ -161,7 +161,8 @@ def test_assumptions_are_named_and_what_is_given_is_not_one(racing, heavy, repor
     told = written[0].partition("## Assumptions")[2]
     for words in (
         "Front frame, assumed (measured on no bicycle): joint 0.65 m",
-        "Hands on, assumed: inertia 0.1 kg m²",
+        "Relaxed hands on, assumed: inertia 0.1 kg m²", "Tense hands on, assumed: inertia 0.05 kg m²",
+        "damping ratio 0.25 (20.7 N m s/rad), frame and seated rider together.",
         "Tyre, assumed: camber stiffness 0.65 × ",
         "3 mm is one standard uncertainty",
         "Tyre, assumed: pneumatic trail 0.017 m; published 0.012 to 0.026 m",
@@ -169,13 +170,15 @@ def test_assumptions_are_named_and_what_is_given_is_not_one(racing, heavy, repor
     ):  # fmt: skip
         assert words in told
     given = replace(
-        racing.settings, front=main_study.Front(4000.0, 8.0, from_file=True), arms=main_study.Arms(from_file=True),
+        racing.settings, front=main_study.Front(4000.0, 0.1, from_file=True),
+        arms=main_study.Arms(grip="", from_file=True),
         further={"pneumatic_trail": {"trail": 0.02}, "camber_thrust": {"camber_stiffness": 200.0}},
     )  # fmt: skip
-    worlds = dict(zip(racing.settings.setups, given.setups, strict=True))
-    results = tuple(replace(r, setup=worlds[r.setup]) for r in racing.results)
+    relaxed = [setup for setup in racing.settings.setups if setup.hands != "tense"]
+    worlds = dict(zip(relaxed, given.setups, strict=True))
+    results = tuple(replace(r, setup=worlds[r.setup]) for r in racing.results if r.setup in worlds)
     told = report(replace(racing, settings=given, results=results)).partition("## Assumptions")[2]
-    assert "from the model file: joint 0.65 m above the ground, stiffness 4000 N m/rad" in told
+    assert "from the model file: joint 0.65 m above the ground (0.34 m above the hub, along the steer axis)" in told
     assert "Hands on, from the model file" in told
     assert "pneumatic_trail: from the model file." in told
     assert "assumed: pneumatic trail" not in told
@@ -205,7 +208,7 @@ def test_a_check_that_fails_is_said_and_costs_nothing(racing, monkeypatch, resul
     settings = small(fronts=2, speeds=racing.settings.speeds[::4])
     monkeypatch.setattr("studies.uncertainty.propagation.Uncertainty.quantities", refuse)
     study = main_study.run_study(settings, cases=cases_of(settings, {"Tyre1 flat": (5.5,)}))
-    assert len(study.results) == 4
+    assert len(study.results) == 5
     assert [one.failure for one in study.checks] == ["no draw is a bicycle"]
     told = report(study)
     assert "5.5 bar: this check could not be made (no draw is a bicycle)." in told
@@ -219,8 +222,8 @@ def test_how_large_wobble_gets_is_that_of_both_pressures(racing, heavy, report, 
         largest, at, low = one.wobble.largest, one.wobble.at, one.wobble.low
         end = ">30" if one.wobble.high == 30.0 else f"{one.wobble.high:.1f}"
         assert row == [one.case.condition, f"{largest:.1f}°", f"{at:.1f}", f"{low:.1f} to {end}"]
-        onset = racing.result(racing.settings.reference, one.case).span(30.0).low
-        assert low == pytest.approx(onset, rel=1e-6)
+        (band,) = racing.result(racing.settings.reference, one.case).bands(30.0)
+        assert low == pytest.approx(band.start.speed, rel=1e-6)
     assert "(amplitude.png)" in written[0]
     none = report(heavy)
     assert table(none, "## Amplitude of wobble") == [["3.5 bar", "none", "-", "-"], ["7.5 bar", "none", "-", "-"]]

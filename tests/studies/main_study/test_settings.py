@@ -1,4 +1,4 @@
-"""Questions to a study: four worlds, plausible ranges, and what a user gives: pressures, bicycles, model files."""
+"""Questions to a study: five worlds, plausible ranges, and what a user gives: pressures, bicycles, model files."""
 
 import numpy as np
 import pytest
@@ -11,11 +11,11 @@ from tests.shared.refusals import refuses
 from tyre.ground import InputError
 
 
-def test_four_worlds_and_the_first_is_the_one_of_the_question():
+def test_five_worlds_and_the_first_is_the_one_of_the_question():
     settings = small()
     assert [setup.label for setup in settings.setups] == [
-        "hands off, flexible front frame", "hands on, flexible front frame",
-        "hands off, rigid front frame", "hands on, rigid front frame",
+        "hands off, flexible front frame", "relaxed hands on, flexible front frame",
+        "tense hands on, flexible front frame", "hands off, rigid front frame", "relaxed hands on, rigid front frame",
     ]  # fmt: skip
     assert settings.setups[0] == settings.reference
     assert {setup.camber_share for setup in settings.setups} == {0.65}
@@ -32,20 +32,22 @@ def test_camber_stiffness_is_what_dressel_measured():
 
 def test_what_a_model_file_gives_narrows_its_own_range_and_no_other():
     assumed = main_study.Ranges()
-    front = small(front=main_study.Front(4000.0, 10.0, 0.7, from_file=True)).ranges
-    assert (front.stiffness, front.damping, front.hinge) == ((3200, 5000), (8, 12.5), (-0.02, 0.02))
+    front = small(front=main_study.Front(4000.0, 0.1, 0.7, from_file=True)).ranges
+    assert (front.stiffness, front.hinge) == ((3200, 5000), (-0.02, 0.02))
+    assert front.damping_ratio == pytest.approx((0.08, 0.125))
     assert (front.friction, front.camber_share, front.arm_damping) == (
         assumed.friction, assumed.camber_share, assumed.arm_damping,
     )  # fmt: skip
     arms = small(arms=main_study.Arms(0.2, 10.0, 2.0, from_file=True)).ranges
-    assert arms.arm_inertia == pytest.approx((0.16, 0.25))
-    assert (arms.arm_stiffness, arms.arm_damping) == ((8, 12.5), (1.6, 2.5))
+    assert arms.arm_inertia == arms.arm_stiffness == arms.arm_damping == (0.8, 1.25)  # of those of the file
     assert (arms.stiffness, arms.hinge) == (assumed.stiffness, assumed.hinge)
     camber = small(further={"camber_thrust": {"camber_stiffness": 300.0}}).ranges
     assert camber.camber_share == (0.8, 1.25)  # of what the file gives
     damper = small(further={"steer_damper": {"damping": 2.0}}).ranges
     assert damper.friction == (0.0, 0.0)
-    assert damper.damping == assumed.damping  # of the front
+    assert damper.damping_ratio == assumed.damping_ratio  # of the front
+    saddle = small(further={"rider_saddle": {}}).ranges
+    assert saddle.damping_ratio == (0.01, 0.10)  # of the frame alone
 
 
 @pytest.mark.parametrize("name", ["benchmark", "pista_charlie_drops", "rigid"])
@@ -103,7 +105,9 @@ def test_no_front_is_assumed_for_a_cargo_bicycle():
     long_john = load_bicycle("rigid_rider").replace(w=1.95, rF=0.25)
     assert main_study.assumed_front(long_john) is None
     worlds = main_study.Settings(long_john, front=None).setups
-    assert [one.label for one in worlds] == ["hands off, rigid front frame", "hands on, rigid front frame"]
+    assert [one.label for one in worlds] == [
+        "hands off, rigid front frame", "relaxed hands on, rigid front frame", "tense hands on, rigid front frame"
+    ]  # fmt: skip
     assert all(main_study.assumed_front(load_bicycle(name)) for name in available_bicycles())
 
 
@@ -130,13 +134,16 @@ def test_own_front_and_arms_take_the_place_of_the_assumed_ones(model):
             "axis_tilt = 0.25\n[effects.rider_arms]\ninertia = 0.2\nstiffness = 12\ndamping = 2\n"
         )
     )
-    assert settings.front == main_study.Front(4000.0, 8.0, 0.7, 0.95, 0.25, from_file=True)
-    assert settings.arms == main_study.Arms(0.2, 12.0, 2.0, from_file=True)
+    ratio = settings.front.damping_ratio
+    assert settings.front == main_study.Front(4000.0, ratio, 0.7, 0.95, 0.25, from_file=True)
+    assert settings.arms == main_study.Arms(0.2, 12.0, 2.0, grip="", from_file=True)
+    assert [setup.hands for setup in settings.setups] == ["off", "on", "off", "on"]
     assert dict(settings.further) == {}
     assert settings.ranges.stiffness == (3200.0, 5000.0)
     flexible = main_study.effect_tables(settings, settings.reference)
     assert flexible["front_compliance"] == {
-        "stiffness": 4000.0, "damping": 8.0, "joint_x": 0.95, "joint_z": -0.7, "axis_tilt": 0.25
+        "stiffness": 4000.0, "damping": pytest.approx(8.0, rel=1e-12),
+        "joint_x": 0.95, "joint_z": -0.7, "axis_tilt": 0.25,
     }  # fmt: skip
     assert "rider_arms" not in flexible
     assert main_study.effect_tables(settings, settings.setups[3])["rider_arms"] == {
@@ -194,9 +201,18 @@ def test_a_bicycle_in_the_place_of_the_model_is_the_bicycle(tmp_path):
     refuses("unknown bicycle or model 'pisto'; did you mean 'pista'", main_study.settings_of, "pisto")
 
 
-@pytest.mark.parametrize(("defaults", "assumed"), [((), False), (("damping",), True)])
+@pytest.mark.parametrize(("defaults", "assumed"), [((), False), (("damping_ratio",), True)])
 def test_what_a_model_file_leaves_out_of_front_frame_and_arms_is_assumed(defaults, assumed):
     front = main_study.Front(from_file=True, defaults=defaults)
     arms = main_study.Arms(from_file=True, defaults=defaults)
     setup = main_study.Setup(front, arms)
     assert (setup.assumed, setup.hands_assumed) == (assumed, assumed)
+
+
+@pytest.mark.parametrize(("effects", "ratio"), [("", 0.25), ("damping_ratio = 0.06\n", 0.06)])
+def test_a_front_frame_without_a_damping_has_that_of_frame_and_seated_rider(model, effects, ratio):
+    front = "[effects.front_compliance]\njoint_x = 0.95\njoint_z = -0.7\n" + effects
+    settings = main_study.settings_of(model(TYRE + front))
+    assert settings.front.damping_ratio == pytest.approx(ratio, rel=1e-12)
+    assert settings.front.defaults == (("stiffness",) if effects else ("stiffness", "damping_ratio"))
+    assert settings.front.stiffness == main_study.Front().stiffness  # the default of the effect is that of the study
