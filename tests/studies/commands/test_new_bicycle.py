@@ -78,7 +78,7 @@ def test_the_model_of_a_bicycle_is_written_and_its_wobble_depends_on_an_assumed_
     assert "front frame is rigid" not in shown.err
     # the study takes what is left out for assumed, over its full range
     settings = settings_of("mine_model.toml")
-    assert settings.front.defaults == ("stiffness", "damping")
+    assert settings.front.defaults == ("stiffness", "damping_ratio")
     assert settings.ranges.stiffness == LIMITS.stiffness
 
 
