@@ -21,6 +21,13 @@ from studies.reporting.command_context import example
 @click.option("--tyre", metavar="TYRE", help="Tyre: a packaged name, a table (.csv), a .tir or Pacejka-89 file.")
 @click.option("--surface", metavar="SURFACE", help="Test surface of --tyre: flat (default) or drum.")
 @click.option("--pressures", metavar="LIST", help="Pressures, bar: 3.5,5,7; default: the measured pressures.")
+@click.option(
+    "--common-error",
+    type=float,
+    default=1.0,
+    show_default=True,
+    help="Share of the tyre's variance common to all pressures, as of one rig.",
+)
 @click.option("--rider", help="Rider on --bicycle: a packaged name, or a file of measurements (needs the extra rider).")
 @click.option("--posture", type=POSTURE, help="Posture of --rider; default: drops.")
 @click.option("--workers", type=WORKERS, help="Processes; default: one per core, up to 4.")

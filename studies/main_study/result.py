@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from bicycle.effects.effect import WHEELS
@@ -127,13 +128,32 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
 def draws(settings: Settings, case: TyreCase, uncertain: Uncertainty, count: int) -> Iterator[dict[str, float] | None]:
     """Yield the parameters (SI) of ``count`` samples; None for an impossible sample.
 
-    All conditions share the samples of the bicycle; each has its own samples of the tyres.
+    All conditions share the samples of the bicycle. The tyre's errors are in part common to its pressures, which one
+    rig measured (:attr:`Settings.common_error`), and in part those of the condition.
     """
-    bicycles = uncertain.draw(count, settings.seed)
-    tyres = uncertain.draw(count, 1 + settings.seed + sum(map(ord, case.name + case.condition)))
-    points = uncertain.points(np.where([name.startswith("tyre ") for name in uncertain.names], tyres, bicycles))
+    sampled = uncertain.draw(count, settings.seed)
+    of_tyre = np.flatnonzero([name.startswith("tyre ") for name in uncertain.names])
+    if len(of_tyre):
+        rig = np.random.default_rng([settings.seed, *case.name.encode()])
+        condition = np.random.default_rng([settings.seed, *(case.name + case.condition).encode()])
+        common = settings.common_error
+        errors = math.sqrt(common) * rig.standard_normal((count, len(CONTACT)))
+        errors += math.sqrt(1 - common) * condition.standard_normal((count, len(CONTACT)))
+        sampled[:, of_tyre] = errors @ _towards_relative_errors(uncertain, case, of_tyre)
+    points = uncertain.points(sampled)
     for k, impossible in enumerate(points.refused.mask):
         yield None if impossible else {key: points.value(key, k) for key in points.values}
+
+
+def _towards_relative_errors(uncertain: Uncertainty, case: TyreCase, of_tyre: NDArray[np.intp]) -> Array:
+    """Rotation (4, n) from errors of the numbers of the contact to the n standard normal numbers of the tyre.
+
+    The n numbers are principal axes, whose signs mean nothing. So that the same four errors mean the same relative
+    change of stiffness and length at every pressure, they are applied by the symmetric root of the covariance.
+    """
+    slopes = np.array([uncertain.jacobian[key][of_tyre] for key in CONTACT]) / case.contact[:, None]
+    left, _, right = np.linalg.svd(slopes, full_matrices=False)
+    return np.asarray(left @ right)
 
 
 @dataclass(frozen=True)

@@ -285,6 +285,7 @@ class Settings:
     pressures: tuple[float, ...] = ()  # bar, rising; empty: those that were measured
     contact: Table | None = None  # table of the contact law in the model file; None: tyres are measured ones
     postures: tuple[Bicycle, ...] = ()  # the same bicycle with its rider in each posture; empty: none is known
+    common_error: float = 1.0  # share of the variance of a tyre's numbers common to its pressures, as of one rig
     report_speed: float = 15.0  # m/s, at which frequency and damping ratio are reported
     max_speed: float = 60.0  # m/s, up to which critical speeds are searched
     samples: int = 500  # Monte Carlo samples that check each linear standard uncertainty
@@ -387,9 +388,17 @@ def settings_of(
     pressures: str | None = None,
     rider: str | None = None,
     posture: str | None = None,
+    common_error: float = 1.0,
 ) -> Settings:
     """Read the study of a model file, or of a bicycle with everything else assumed."""
-    tyre_options: dict[str, Any] = {"tyre": tyre or "", "surface": surface, "pressures": read_pressures(pressures)}
+    if not 0 <= common_error <= 1:
+        raise InputError(f"--common-error {common_error:g} must be between 0 and 1, a share of the variance")
+    tyre_options: dict[str, Any] = {
+        "tyre": tyre or "",
+        "surface": surface,
+        "pressures": read_pressures(pressures),
+        "common_error": common_error,
+    }
     if surface is not None and tyre is None:
         raise InputError(f"--surface {surface} applies to a measured tyre; give --tyre too, for example --tyre Tyre1")
     named_bicycle = None if model is None else find_bicycle(model)

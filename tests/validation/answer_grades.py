@@ -2,8 +2,9 @@
 
 Each case is a packaged bicycle with a rider on a measured tyre. Its owner knows the bicycle, the tyre and, in half of
 the cases, the front frame to about a tenth. What nobody measured is drawn from the ranges below, which are written here
-from the documentation and not taken from the package. The truth is the change of the unstable speeds by the lower
-pressure. It is computed from Kane's equations (``kane_bicycle``), which share no code with the package.
+from the documentation and not taken from the package. The truth is the change by the lower pressure of the speeds at
+which wobble grows by 0.5 1/s or more, from 4 m/s and the weave speed on. It is computed from Kane's equations
+(``kane_bicycle``), which share no code with the package.
 
 A grade *yes* or *probably* is right if the truth is a change of at least 1 m/s in its direction, *little difference* if
 it is smaller.
@@ -31,17 +32,19 @@ EFFECTS = ("camber_thrust", "front_compliance", "pneumatic_trail", "relaxation_l
 RANGES = {
     # a positive lower end: logarithmically even; else even
     "stiffness": (2500.0, 10000.0),  # N m/rad, of the front frame
-    "damping": (5.0, 40.0),  # N m s/rad, of the front frame
+    "damping_ratio": (0.15, 0.40),  # of the front on its hinge: frame and seated rider together
     "hinge": (0.55, 0.75),  # m above the ground, on the steer axis
-    "friction": (0.0, 1.0),  # N m s/rad, of the steering
+    "friction": (0.05, 0.35),  # N m s/rad, of the steering
     "camber_share": (0.43, 0.94),  # 1/rad of the wheel load
     "trail": (0.012, 0.026),  # m, pneumatic trail
     "twisting": (2.4, 12.0),  # N m/rad
 }
-SD_OF_TYRE = {"stiffness": 0.02, "length": 0.03}  # relative standard uncertainty, half of it common to the pressures
+SD_OF_TYRE = {"stiffness": 0.02, "length": 0.03}  # relative standard uncertainty, common to the pressures of a rig
 SD_OF_OWNER = 0.1  # relative, of a front frame that was measured
 SPEEDS = np.arange(0.25, 30.01, 0.5)  # m/s
 WOBBLE_HZ = (4.0, 15.0)
+GROWTH = 0.5  # 1/s, from which wobble counts
+HANDS_OFF = 4.0  # m/s, below which nobody rides hands off
 PRACTICAL = 1.0  # m/s
 
 
@@ -53,8 +56,10 @@ class Case:
     bicycle: Bicycle  # as its owner knows it
     tyre: str
     numbers: dict[str, float]  # of RANGES, SI
-    measured: dict[str, float]  # stiffness, damping and hinge of the front frame as its owner measured them; or empty
-    errors: NDArray[Any]  # (2, 4): relative errors of stiffness and length, rear then front, at each pressure
+    measured: dict[
+        str, float
+    ]  # stiffness, damping ratio, hinge of the front frame as its owner measured them; or empty
+    errors: NDArray[Any]  # (2, 4): relative, of stiffness and length, rear then front; alike at each pressure
 
 
 def draw(seed: int) -> Case:
@@ -66,26 +71,27 @@ def draw(seed: int) -> Case:
         numbers[name] = low * (high / low) ** share if low > 0 else low + (high - low) * share
     measured = {}
     if rng.random() < 0.5:
-        for name in ("stiffness", "damping"):
+        for name in ("stiffness", "damping_ratio"):
             measured[name] = numbers[name] * math.exp(SD_OF_OWNER * rng.standard_normal())
         measured["hinge"] = numbers["hinge"] + 0.01 * rng.standard_normal()
     sd = np.tile([SD_OF_TYRE["stiffness"], SD_OF_TYRE["length"]], 2)
-    errors = sd * (rng.standard_normal(4) + rng.standard_normal((2, 4))) / math.sqrt(2.0)
+    errors = np.tile(sd * rng.standard_normal(4), (2, 1))
     return Case(seed, load_bicycle(str(rng.choice(BICYCLES))), str(rng.choice(TYRES)), numbers, measured, errors)
 
 
-def unstable_speeds(case: Case, contact: NDArray[Any]) -> float:
-    """Length (m/s) from the first to the last unstable wobble up to 30 m/s, hands off.
+def wobble_speeds(case: Case, contact: NDArray[Any]) -> float:
+    """Length (m/s) from the first to the last speed of wobble up to 30 m/s, hands off.
 
     ``contact`` (4,): cornering stiffness N/rad and relaxation length m, rear then front.
     """
     p, numbers = case.bicycle.values, case.numbers
     rear_load, front_load = _wheel_loads(p)
     height = numbers["hinge"]
+    inertia = _inertia(p, height)
     parameters = {
         **p,
         "front_compliance.stiffness": numbers["stiffness"],
-        "front_compliance.damping": numbers["damping"],
+        "front_compliance.damping": numbers["damping_ratio"] * 2 * math.sqrt(numbers["stiffness"] * inertia),
         "front_compliance.joint_x": p["w"] + p["c"] - height * math.tan(p["lam"]),
         "front_compliance.joint_z": -height,
         "front_compliance.axis_tilt": p["lam"],
@@ -98,11 +104,23 @@ def unstable_speeds(case: Case, contact: NDArray[Any]) -> float:
         parameters[f"camber_thrust.camber_stiffness.{wheel}"] = numbers["camber_share"] * load
         parameters[f"pneumatic_trail.trail.{wheel}"] = numbers["trail"]
         parameters[f"twisting_torque.twisting_stiffness.{wheel}"] = numbers["twisting"]
-    growth = np.array([_growth(KaneBicycle(parameters, EFFECTS, v).state_matrix()[1]) for v in SPEEDS])
-    unstable = np.flatnonzero(growth > 0)
-    if not len(unstable):
+    matrices = [KaneBicycle(parameters, EFFECTS, v).state_matrix()[1] for v in SPEEDS]
+    growth = np.array([_growth(matrix, *WOBBLE_HZ) for matrix in matrices])
+    weave = np.array([_growth(matrix, 0.0, WOBBLE_HZ[0]) for matrix in matrices])
+    slowest = max(HANDS_OFF, float(SPEEDS[np.argmax(weave <= 0)]))
+    wobbles = np.flatnonzero((growth >= GROWTH) & (slowest <= SPEEDS))
+    if not len(wobbles):
         return 0.0
-    return _crossing(growth, unstable[-1], 1) - _crossing(growth, unstable[0], -1)
+    return _crossing(growth, wobbles[-1], 1) - max(slowest, _crossing(growth, wobbles[0], -1))
+
+
+def _inertia(p: Any, height: float) -> float:
+    """Inertia (kg m^2) of handlebar, fork and wheel about a hinge across the steer axis at a height (m)."""
+    sine, cosine = math.sin(p["lam"]), math.cos(p["lam"])
+    x, z = p["w"] + p["c"] - height * math.tan(p["lam"]), -height
+    arms = [sine * (a - x) + cosine * (b - z) for a, b in ((p["xH"], p["zH"]), (p["w"], -p["rF"]))]
+    about_centres = p["IHxx"] * cosine**2 + p["IHzz"] * sine**2 - 2 * p["IHxz"] * sine * cosine + p["IFxx"]
+    return float(about_centres + p["mH"] * arms[0] ** 2 + p["mF"] * arms[1] ** 2)
 
 
 def _wheel_loads(p: Any) -> tuple[float, float]:
@@ -113,20 +131,20 @@ def _wheel_loads(p: Any) -> tuple[float, float]:
     return p["g"] * float(masses.sum()) - front, front
 
 
-def _growth(matrix: NDArray[Any]) -> float:
-    """Largest real part (1/s) of the oscillations of wobble's frequencies; -1 without one."""
+def _growth(matrix: NDArray[Any], slowest: float, fastest: float) -> float:
+    """Largest real part (1/s) of the oscillations between two frequencies (Hz); -1 without one."""
     roots = np.linalg.eigvals(matrix)
-    hertz = np.abs(roots.imag) / (2 * np.pi)
-    wobble = roots[(hertz >= WOBBLE_HZ[0]) & (hertz < WOBBLE_HZ[1])]
-    return float(wobble.real.max()) if len(wobble) else -1.0
+    hertz = roots.imag / (2 * np.pi)
+    chosen = roots[(hertz > 0) & (hertz >= slowest) & (hertz < fastest)]
+    return float(chosen.real.max()) if len(chosen) else -1.0
 
 
 def _crossing(growth: NDArray[Any], k: int, side: int) -> float:
-    """Speed (m/s) past point ``k`` at which the growth is zero, by a straight line, or the end of the range."""
+    """Speed (m/s) past point ``k`` at which wobble begins or ceases, by a straight line, or the end of the range."""
     j = k + side
     if not 0 <= j < len(SPEEDS):
         return 0.0 if side < 0 else float(SPEEDS[-1])
-    return float(SPEEDS[k] + (SPEEDS[j] - SPEEDS[k]) * growth[k] / (growth[k] - growth[j]))
+    return float(SPEEDS[k] + (SPEEDS[j] - SPEEDS[k]) * (growth[k] - GROWTH) / (growth[k] - growth[j]))
 
 
 def question(case: Case) -> tuple[str, NDArray[Any], int]:
@@ -136,7 +154,7 @@ def question(case: Case) -> tuple[str, NDArray[Any], int]:
     known = case.measured
     front = Front()
     if known:
-        front = Front(known["stiffness"], known["damping"], known["hinge"], from_file=True)
+        front = Front(known["stiffness"], known["damping_ratio"], known["hinge"], from_file=True)
     settings = Settings(case.bicycle, tyre=case.tyre, front=front, seed=case.seed)
     cases = sorted(tyre_cases(settings).studied, key=lambda one: one.pressure_bar)
     ends = cases[0], cases[-1]
@@ -149,7 +167,7 @@ def judge(seed: int) -> dict[str, Any]:
     """Answer and truth of one case."""
     case = draw(seed)
     answer, contact, widening = question(case)
-    low, high = (unstable_speeds(case, one * (1 + error)) for one, error in zip(contact, case.errors, strict=True))
+    low, high = (wobble_speeds(case, one * (1 + error)) for one, error in zip(contact, case.errors, strict=True))
     change = low - high
     return {
         "seed": seed, "bicycle": case.bicycle.name, "tyre": case.tyre, "front_measured": bool(case.measured),

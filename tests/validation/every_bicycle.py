@@ -46,12 +46,12 @@ def run(*, out: Path, seed: int, fronts: int = 64, samples: int = 500, workers: 
 
 
 def band(result: Result, settings: Settings) -> dict[str, Any]:
-    """Unstable wobble (m/s; null: none, or beyond the speeds looked at) and its least damping ratio."""
+    """Speeds of wobble (m/s; null: none, or beyond the speeds looked at) and its least damping ratio."""
     span = result.wobble
     return {
         "from_m_s": round(span.low, 2) if span else None,
         "to_m_s": round(span.high, 2) if span and span.high <= settings.fastest else None,
-        "unstable": span is not None,
+        "wobbles": span is not None,
         "min_damping_ratio": round(result.least.damping_ratio, 4) if result.least else None,
         "tyre_extrapolated": result.case.extrapolated,
     }

@@ -219,6 +219,23 @@ def test_the_front_is_the_same_for_every_pressure_and_the_tyre_is_not(known):
             )
 
 
+@pytest.mark.parametrize(("common", "low", "high"), [(1.0, 0.98, 1.0), (0.5, 0.3, 0.7), (0.0, -0.25, 0.25)])
+def test_errors_of_one_rig_are_common_to_its_pressures(known, common, low, high):
+    """Correlation over 150 samples of the front tyre's relaxation length at two pressures; its sd is 0.08 or less.
+
+    It is not quite 1: the uncertainties of C and K have another ratio at the other pressure.
+    """
+    settings, cases = known
+    settings = replace(settings, common_error=common)
+    lengths = [
+        [values["relaxation_length.relaxation_length.front"] for values in main_study.draws(
+            settings, case, main_study.uncertainty(settings, case, settings.reference), 150
+        )]
+        for case in cases
+    ]  # fmt: skip
+    assert low <= np.corrcoef(lengths)[0, 1] <= high + 1e-12
+
+
 def test_the_bicycle_is_the_same_for_every_tyre():
     settings = small(load_bicycle(RACING))
     first, second = chosen(settings, {"Tyre1 flat": (5.5,), "Tyre3 flat": (3.5,)}).studied
