@@ -63,8 +63,9 @@ class StraightLine:
         return self._call_it(*arguments)
 
     def slopes(self, argument: Expression) -> Function:
-        """A function that returns the derivative of each result with respect to one of the arguments."""
-        operations, derivatives = dict(self._operations), {self._names[argument]: "1.0"}
+        """A function that returns the derivative of each result with respect to an argument, 0 if it does not occur."""
+        operations = dict(self._operations)
+        derivatives = {self._names[argument]: "1.0"} if argument in self._names else {}
         for (form, *operands), name in operations.items():
             terms = [
                 self._product(self._slope(form, k, operands, name), derivatives[operand])
