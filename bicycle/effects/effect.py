@@ -9,11 +9,14 @@ from dataclasses import KW_ONLY, dataclass, field
 from textwrap import fill
 from typing import Any, ClassVar
 
+import numpy as np
+
 from bicycle.equations.declarations import Coordinate, Mode
 from bicycle.equations.lateral import ModelBuilder
 from bicycle.parameters.bicycle import bodies
 from bicycle.parameters.front_hinge import critical_damping
 from bicycle.parameters.parameter_covariance import WHEELS
+from bicycle.parameters.rigid_bodies import Body
 from tyre.ground.door import library
 from tyre.ground.errors import InputError, is_number, refuse_unknown, shown
 from tyre.measured.plausible import Doubt, doubt, suspicion
@@ -268,6 +271,8 @@ class Effect:
     acts_through : str
         Input of the model through which it acts, ``steer_torque`` for hands: a sensor of that input measures the effect
         with it.
+    rank : int
+        Place in the order in which effects are applied: one that carries bodies of others comes before them.
     family : str
         Physics that the effect shares with others in most data, with its article (``an aligning moment of the tyre``):
         a diagnosis that cannot distinguish members of one family names the family.
@@ -297,6 +302,7 @@ class Effect:
     moves_load: ClassVar[bool] = False
     needs_rider: ClassVar[bool] = False
     acts_through: ClassVar[str] = ""
+    rank: ClassVar[int] = 100
 
     def __init_subclass__(cls) -> None:
         if "identifier" not in cls.__dict__:
@@ -461,6 +467,60 @@ class SprungJoint(Effect):
     def spring(self, model: ModelBuilder, joint: Coordinate) -> None:
         """Let spring and damper act on the joint."""
         model.add_torque(joint, -self.stiffness * joint.angle - self.damping * joint.rate)
+
+
+class MovingBody(SprungJoint):
+    """A sprung joint that carries a body of a rider, which is taken out of what holds it.
+
+    ``mass`` (kg), mass centre ``x``, ``z`` (m) and the inertias ``Ixx``, ``Izz``, ``Ixz`` (kg m^2) about it.
+    """
+
+    mass: Any
+    x: Any
+    z: Any
+    Ixx: Any
+    Izz: Any
+    Ixz: Any
+
+    @property
+    def inertias(self) -> tuple[Any, Any, Any]:
+        """Ixx, Izz and Ixz (kg m^2) of the body, symbols inside ``apply``."""
+        return self.Ixx, self.Izz, self.Ixz
+
+    def holder(self, bicycle: Mapping[str, float]) -> tuple[str, tuple[str, ...], tuple[float, ...]]:
+        """What holds the body in words, keys and numbers of its mass, x, z, Ixx, Izz and Ixz."""
+        keys = ("mB", "xB", "zB", "IBxx", "IBzz", "IBxz")
+        return "rear frame", keys, tuple(bicycle[key] for key in keys)
+
+    def check(self, bicycle: Mapping[str, float]) -> None:
+        """Refuse a body without which its holder cannot exist."""
+        super().check(bicycle)
+        where = f"effect {self.identifier!r}"
+        body: Any = effect_of(type(self), self.values(bicycle))  # with the numbers of the bicycle where none was given
+        mass, x, z = body.mass, body.x, body.z
+        holder, keys, (whole, x_whole, z_whole, *whole_inertias) = self.holder(bicycle)
+        if whole <= mass:
+            raise InputError(
+                f"{where}: mass = {mass:g} kg must be below {whole:g} kg, the mass of the {holder} that contains the "
+                f"moving body ({keys[0]} = {whole:g} kg)"
+            )
+        dx, dz, reduced = x_whole - x, z_whole - z, whole * mass / (whole - mass)
+        (xx, zz, xz), (Ixx, Izz, Ixz) = whole_inertias, body.inertias
+        frame, inertia = np.array([[xx, xz], [xz, zz]]), np.array([[Ixx, Ixz], [Ixz, Izz]])
+        rest = frame - inertia - reduced * np.array([[dz * dz, -dx * dz], [-dx * dz, dx * dx]])
+        for part, tensor in (("the moving body", inertia), (f"what remains of the {holder}", rest)):
+            smallest = np.linalg.eigvalsh(tensor)[0]
+            if smallest < -1e-12 * np.trace(frame):
+                raise InputError(
+                    f"{where}: {part} has a negative principal inertia {smallest:.4g} kg m^2 in the x-z plane; "
+                    f"check mass, x, z, Ixx, Izz, Ixz against the {holder} ({', '.join(keys[3:])})"
+                )
+
+    def move_body(self, model: ModelBuilder, name: str) -> None:
+        """Take the body called ``name`` out of what holds a rider; a joint is to carry it."""
+        model.add_body(Body(name, self.mass, self.x, self.z, *self.inertias))
+        taken_out = (-self.mass, self.x, self.z, *(-inertia for inertia in self.inertias))
+        model.add_body(Body(f"{name} in the rear frame", *taken_out, fixed_to=model.rider_body))
 
 
 class PointMass(Effect):

@@ -34,11 +34,12 @@ class RiderHands(Effect):
     signature = "a mode of arms against handlebar; the grip decides how much of their mass and damping acts on wobble"
 
     def check(self, bicycle: Mapping[str, float]) -> None:
-        """Refuse arms that the rear frame cannot contain in addition to the body of rider_lean."""
-        swaying = bicycle.get("rider_lean.mass", 0.0)
-        remainder = bicycle["mB"] - swaying - self.mass
+        """Refuse arms that the rear frame cannot contain in addition to the body of rider_saddle or rider_lean."""
+        mover = "rider_saddle" if "rider_saddle.mass" in bicycle else "rider_lean"
+        moving = bicycle.get(f"{mover}.mass", 0.0)
+        remainder = bicycle["mB"] - moving - self.mass
         if remainder <= 0:
-            of_body = f", of which rider_lean takes {swaying:g} kg" if swaying else ""
+            of_body = f", of which {mover} takes {moving:g} kg" if moving else ""
             raise InputError(
                 f"effect {self.identifier!r}: mass = {self.mass:g} kg must be below {self.mass + remainder:g} kg, "
                 f"the mass "

@@ -286,7 +286,7 @@ def _symbol(name: str) -> Any:
 def derive(effects: tuple[type[Any], ...]) -> SymbolicModel:
     """Derive the model of a set of effects; exactly one of them must be a contact law (checked by the caller)."""
     model = ModelBuilder()
-    for effect in effects:
+    for effect in sorted(effects, key=lambda kind: kind.rank):
         try:
             effect.symbolic().apply(model)
         except InputError:

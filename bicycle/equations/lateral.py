@@ -329,6 +329,7 @@ class ModelBuilder:
         self.lateral_velocity, self.yaw_rate = sp.symbols("rear_lateral_velocity yaw_rate")
         self.torques = {"steer_torque": self.steer, "lean_torque": self.lean}
         self.motor, self.rider = Motor(), Motor(sp.Symbol("rider command"))
+        self.rider_joint, self.rider_body = "lean", ""  # that hold parts of a rider; "": the rear frame
         self.contact_law: ContactLaw | None = None
         self.switches: dict[Expression, Expression] = {}
         self.extra_inertia: list[tuple[Coordinate, Expression]] = []
@@ -380,6 +381,10 @@ class ModelBuilder:
         self._joints.append(rigid_bodies.Joint(name, *axis, *point, frozenset(carries), hangs_on=hangs_on))
         self._coordinates[name] = coordinate
         return coordinate
+
+    def seat_rider(self, joint: Coordinate, body: str) -> None:
+        """Let parts of a rider hang on a ``joint`` and be taken out of the ``body`` that it carries."""
+        self.rider_joint, self.rider_body = joint.name, body
 
     def add_torque(self, coordinate: Coordinate, torque: Expression) -> None:
         """Add a torque (N m) that acts on a joint angle, in terms of coordinates, rates, speed and states."""

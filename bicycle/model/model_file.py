@@ -12,6 +12,7 @@ from bicycle.files.bicycle_numbers import given_numbers
 from bicycle.model.default_sd import MODEL_FILE
 from bicycle.model.effect_numbers import effect_covariance, plain_effects
 from bicycle.model.model import Model
+from bicycle.model.rider_in_model import with_rider_body
 from bicycle.model.wheel_tyres import mounted_tyres, tyre_notes, unused_offers, with_tyre_values
 from bicycle.parameters.bicycle import UNUSED, Bicycle, doubts_about, of_kind
 from bicycle.parameters.parameter_covariance import ParameterCovariance, ParameterKey, read_covariance
@@ -114,7 +115,8 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     assumed: list[str] = []
     for identifier, table in tables.items():
         kind = effect_class(identifier)
-        filled, law, without_sd = with_tyre_values(kind, table, tyres, tables)
+        seated = with_rider_body(kind, table, bicycle, folder)
+        filled, law, without_sd = with_tyre_values(kind, seated, tyres, tables)
         covariance = covariance.and_also(law)
         assumed += without_sd
         effects.append(kind(**filled))

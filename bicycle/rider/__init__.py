@@ -16,6 +16,7 @@ __getattr__, __dir__ = room(
             "rear_frame",
             "scaled_rider",
         ),
+        "rider_difference": ("seated_rider",),
         "rider_frame": (
             "ANGLE_SD",
             "FRAME_KEYS",

@@ -80,6 +80,14 @@ class RiderOnBicycle:
         mass = felt_mass((upper.body, fore.body), (upper.sections[0], fore.sections[0], grip), way)
         return {"mass": 2 * mass, "half_width": float(width), "x": float(x), "z": float(z)}
 
+    @property
+    def saddle(self) -> dict[str, float]:
+        """Parameters of the effect ``rider_saddle`` that follow from body, posture and saddle (SI)."""
+        (x, _, z), inertia = self.body.centre, self.body.inertia
+        numbers = {"mass": self.body.mass, "x": x, "z": z, "joint_x": self.contacts.hip[0]}
+        numbers |= {"Ixx": inertia[0, 0], "Izz": inertia[2, 2], "Ixz": inertia[0, 2]}
+        return {key: float(number) for key, number in numbers.items()}
+
     def bicycle(self, name: str, description: str, source: str) -> Bicycle:
         """As a parameter set; the uncertainty of the other parameters is the frame's.
 

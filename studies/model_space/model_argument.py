@@ -179,6 +179,7 @@ def _read_model(text: str) -> ChosenModel:
     from bicycle.files.bicycle_files import bicycle_place
     from bicycle.files.matrix_file import holds_matrices
     from bicycle.model.model_file import model_content
+    from bicycle.model.rider_in_model import locate_rider
     from bicycle.model.wheel_tyres import located
 
     if holds_matrices(text):
@@ -194,7 +195,7 @@ def _read_model(text: str) -> ChosenModel:
         content["bicycle"] = bicycle_place(content["bicycle"], folder)
     if isinstance(content.get("effects"), Mapping):
         content["effects"] = {
-            name: located(table, folder) if isinstance(table, Mapping) else table
+            name: locate_rider(located(table, folder), folder) if isinstance(table, Mapping) else table
             for name, table in content["effects"].items()
         }
     return ChosenModel(content, text)

@@ -10,6 +10,7 @@ from bicycle.files.bicycle_files import bicycle_place, is_bicycle_table, read_bi
 from bicycle.model.default_sd import MODEL_FILE
 from bicycle.model.model import Model
 from bicycle.model.model_file import allows_unusual, build_model, refuse_absurd_values
+from bicycle.model.rider_in_model import locate_rider
 from bicycle.model.wheel_tyres import TYRE_KEYS, located, tyre_file, values_of_tyres
 from bicycle.parameters.bicycle import BOUNDS, HEAD_ANGLE, UNITS, Bicycle, canonical
 from bicycle.parameters.parameter_covariance import WHEELS, ParameterKey, checked_covariance, entries_of
@@ -172,7 +173,9 @@ def _locate_files(content: Mapping[str, Any], nominal: Model, folder: Path) -> d
     model = {key: value for key, value in content.items() if key != "description"}
     model["bicycle"] = _parameters_of(nominal.bicycle)
     if "effects" in model:
-        model["effects"] = {name: located(table, folder) for name, table in model["effects"].items()}
+        model["effects"] = {
+            name: locate_rider(located(table, folder), folder) for name, table in model["effects"].items()
+        }
     return model
 
 

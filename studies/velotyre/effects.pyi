@@ -637,7 +637,8 @@ class RiderHands(Effect):
 class RiderLean(Effect):
     """A body taken out of the rear frame and put back on a sprung, damped hinge along x at height joint_z.
 
-    The rear frame of the bicycle must contain the body; inertias are about the body's mass centre.
+    The rear frame of the bicycle must contain the body; inertias are about the body's mass centre. With rider_saddle
+    the body is a part of the seated rider: it is taken out of that one, and its hinge moves with the saddle's.
 
     Parameters
     ----------
@@ -712,6 +713,102 @@ class RiderPath(Effect):
         *,
         heading: float,
         position: float,
+    ) -> None: ...
+
+class RiderSaddle(Effect):
+    """The seated rider, taken out of the rear frame and put back on a sprung, damped hinge along z at the saddle.
+
+    The whole body turns, trunk and legs. Only its mass must be given: by default it has the mass centre of the rear
+    frame and ``inertia_share`` of its inertias. A model file may name the same bicycle without rider instead,
+    ``without_rider = "pista"``. ``damping_ratio``, of the body on its hinge with the frame held, may be given in place
+    of ``damping``. Arms (rider_arms, rider_hands) still hold to the rear frame. rider_saddle_roll lets the body roll.
+
+    Parameters
+    ----------
+    mass : float, kg
+        Of the seated body; typical 50 .. 100, allowed 0 .. inf.
+    x : float, m, default xB of the bicycle
+        Mass centre; typical 0.3 .. 0.5, allowed any.
+    z : float, m, default zB of the bicycle
+        Mass centre, z down; typical -1.15 .. -0.95, allowed any.
+    Ixx : float, kg m^2, default IBxx of the bicycle
+        Of use with rider_saddle_roll; typical 6 .. 12, allowed 0 .. inf.
+    Izz : float, kg m^2, default IBzz of the bicycle
+        About the mass centre; typical 2 .. 4, allowed 0 .. inf.
+    Ixz : float, kg m^2, default IBxz of the bicycle
+        Tensor entry; typical -2 .. 2, allowed any.
+    inertia_share : float, dimensionless, default 0.85
+        Of Ixx, Izz and Ixz that is the rider's; 1 where one of them is given; typical 0.5 .. 1 (packaged bicycles
+        with and without rider: 0.53 to 0.92), allowed 0 .. 1.
+    joint_x : float, m, default 0.2
+        Saddle, ahead of the rear contact; typical 0.1 .. 0.3 (hips of two riders on three measured bicycles: 0.17
+        to 0.21), allowed any.
+    stiffness : float, N m/rad, default 12000
+        Of the hinge; typical 2000 .. 40000 (assumed: five riders were shaken in yaw by Doria et al. (2012), but
+        their values are not public), allowed 0 .. inf; the effect vanishes at inf; negligible above 200000.
+    damping : float, N m s/rad, default 130
+        Of the hinge; typical 30 .. 600 (assumed: a ratio of 0.1 to 0.5), allowed 0 .. inf.
+
+    Notes
+    -----
+    Source: Doria, Tognazzo & Cossalter (2012), ASME IDETC 2012, riders shaken in yaw; reports of riders.
+    """
+
+    mass: float
+    x: float
+    z: float
+    Ixx: float
+    Izz: float
+    Ixz: float
+    inertia_share: float
+    joint_x: float
+    stiffness: float
+    damping: float
+    def __init__(
+        self,
+        *,
+        mass: float,
+        x: float = ...,
+        z: float = ...,
+        Ixx: float = ...,
+        Izz: float = ...,
+        Ixz: float = ...,
+        inertia_share: float = 0.85,
+        joint_x: float = 0.2,
+        stiffness: float = 12000.0,
+        damping: float = 130.0,
+    ) -> None: ...
+
+class RiderSaddleRoll(Effect):
+    """A sprung, damped hinge along x at height joint_z that carries the seated rider of rider_saddle.
+
+    It moves with the hinge along z. For roll alone give the same body to rider_lean. With rider_lean the upper body
+    also leans against the seated one.
+
+    Parameters
+    ----------
+    joint_z : float, m, default -0.95
+        Height of the saddle, z down; typical -1.05 .. -0.85, allowed any.
+    stiffness : float, N m/rad, default 3000
+        Of the hinge; typical 1000 .. 5000 (assumed), allowed 0 .. inf; the effect vanishes at inf; negligible above
+        30000.
+    damping : float, N m s/rad, default 60
+        Of the hinge; typical 15 .. 200 (assumed: a ratio of 0.1 to 0.5), allowed 0 .. inf.
+
+    Notes
+    -----
+    Source: Doria, Tognazzo & Cossalter (2013), Proc. IMechE D 227, 561-576 (riders shaken in roll).
+    """
+
+    joint_z: float
+    stiffness: float
+    damping: float
+    def __init__(
+        self,
+        *,
+        joint_z: float = -0.95,
+        stiffness: float = 3000.0,
+        damping: float = 60.0,
     ) -> None: ...
 
 class RiderSteerMemory(Effect):

@@ -30,7 +30,7 @@ OTHERS = tuple(name for name, effect in EFFECTS.items() if effect.slot != "conta
 TARGETS = {
     "alone": 1e-9, "pairs": 1e-9, "triples": 1e-9, "order": 1e-10, "neutral": 1e-9, "neutral_limits": 1e-6,
 }  # fmt: skip
-HINGES = ("front_compliance", "rear_compliance", "fork_bending", "rider_lean")
+HINGES = ("front_compliance", "rear_compliance", "fork_bending", "rider_lean", "rider_saddle", "rider_saddle_roll")
 OFF = {"rider_path": ("heading", "position"), "rider_steer_memory": ("gain",)}
 VANISHING: dict[str, Callable[[float], dict[str, float]]] = {
     "rider_hands": lambda size: {"mass": size, "stiffness": 0.0, "damping": 0.0},
@@ -108,7 +108,7 @@ def laws_of(names: Sequence[str]) -> list[str]:
 
 def whole(law: str, names: Iterable[str]) -> list[str]:
     """A contact law, effects, and those that they need beside it."""
-    sources = {"motor command": "steer_assist", "rider torque": "rider_control"}
+    sources = {"motor command": "steer_assist", "rider torque": "rider_control", "seated rider": "rider_saddle"}
     needed = [sources[need] for name in names for need in EFFECTS[name].requires if need in sources]
     return list(dict.fromkeys([law, *names, *needed]))
 

@@ -62,8 +62,16 @@ class KaneBicycle:
                 tilt = self.of(effect, "axis_tilt")
                 place = _point(self.of(effect, "joint_x"), self.of(effect, "joint_z"))
                 self.hinges[effect] = (_point(np.cos(tilt), -np.sin(tilt)), place, "pitch")
+        seat = "pitch"
+        if "rider_saddle" in self.effects:
+            self.hinges["rider_saddle"] = (Z, _point(self.of("rider_saddle", "joint_x"), 0), seat)
+            seat = "rider_saddle"
+        if "rider_saddle_roll" in self.effects:
+            self.hinges["rider_saddle_roll"] = (X, _point(0, self.of("rider_saddle_roll", "joint_z")), seat)
+            seat = "rider_saddle_roll"
         if "rider_lean" in self.effects:
-            self.hinges["rider_lean"] = (X, _point(0, self.of("rider_lean", "joint_z")), "pitch")
+            self.hinges["rider_lean"] = (X, _point(0, self.of("rider_lean", "joint_z")), seat)
+        self.seat = seat  # hinge that carries the rider of whom others are parts
         if "rider_hands" in self.effects:
             self.hinges["arms"] = (steer_axis, foot, "pitch")
         self.hinges["steer"] = (steer_axis, foot, "front_compliance" if "front_compliance" in self.hinges else "pitch")
@@ -83,18 +91,21 @@ class KaneBicycle:
             if effect in self.effects:
                 mass, x, z = (self.of(effect, key) for key in ("mass", "x", "z"))
                 yield mass, _point(x, z), np.zeros((3, 3)), carrier
-        moved = []
-        if "rider_lean" in self.effects:
-            rider = {key: self.of("rider_lean", key) for key in ("mass", "x", "z", "Ixx", "Izz", "Ixz")}
-            moved.append((rider["mass"], _point(rider["x"], rider["z"]), self._inertia("I", rider), "rider_lean"))
+        moved = []  # mass, centre, inertia, the hinge that carries it, and the one that held it
+        for effect, carrier, held_by in (("rider_saddle", self.seat, "pitch"), ("rider_lean", "rider_lean", self.seat)):
+            if effect in self.effects:
+                rider = {key: self.of(effect, key) for key in ("mass", "x", "z", "Ixx", "Izz", "Ixz")}
+                share = self.of("rider_saddle", "inertia_share") if effect == "rider_saddle" else 1.0
+                centre, inertia = _point(rider["x"], rider["z"]), share * self._inertia("I", rider)
+                moved.append((rider["mass"], centre, inertia, carrier, held_by))
         if "rider_hands" in self.effects:
             for side in (-1, 1):
                 hand = _point(self.of("rider_hands", "x"), self.of("rider_hands", "z"))
                 hand = hand + side * self.of("rider_hands", "half_width") * Y
-                moved.append((self.of("rider_hands", "mass") / 2, hand, np.zeros((3, 3)), "arms"))
-        for mass, centre, inertia, carrier in moved:
+                moved.append((self.of("rider_hands", "mass") / 2, hand, np.zeros((3, 3)), "arms", "pitch"))
+        for mass, centre, inertia, carrier, held_by in moved:
             yield mass, centre, inertia, carrier
-            yield -mass, centre, -inertia, "pitch"  # the rear frame held it
+            yield -mass, centre, -inertia, held_by
 
     def _extra_states(self) -> Any:
         for effect in ("aligning_moment", "contact_length"):
@@ -270,7 +281,15 @@ class KaneBicycle:
         """Torques on the hinges; what a motor or a rider does goes into the ``rates`` of their states as well."""
         lean, steer, v = angle["lean"], angle["steer"], self.v
         torques = dict.fromkeys(self.names, 0 * lean)
-        for name in ("front_compliance", "rear_compliance", "fork_bending", "rider_lean"):
+        sprung = (
+            "front_compliance",
+            "rear_compliance",
+            "fork_bending",
+            "rider_saddle",
+            "rider_saddle_roll",
+            "rider_lean",
+        )
+        for name in sprung:
             if name in torques:
                 torques[name] = -self.of(name, "stiffness") * angle[name] - self.of(name, "damping") * rate[name]
         stiffness = self.of("steer_spring", "stiffness") + self.of("rider_arms", "stiffness")

@@ -85,4 +85,5 @@ def test_every_known_mode_has_a_look_of_its_own():
 
 def test_the_order_of_tables_is_declared():
     first = ["weave", "wobble", "capsize", "castering", "rear_tyre", "front_compliance", "rider"]
+    first += ["rider_yaw", "rider_roll"]
     assert list(known_modes()) == [*first, "arms", "fork_bending", "muscles", "rear_compliance"]

@@ -55,6 +55,16 @@ def test_derivative_with_speed():
     np.testing.assert_allclose(found.d_dspeed[0], (high - low) / (2 * h), rtol=1e-6, atol=1e-7)
 
 
+def test_a_parameter_that_does_not_occur_changes_nothing():
+    """A hinge along x hides Izz of a body, one along z its Ixx, which equals IBxx of the bicycle here."""
+    rider = {"mass": 30.0, "x": 0.5, "z": -1.1, "Ixx": 1.0, "Izz": 0.5, "joint_z": -0.95}
+    leaning = sensitivities(built("pista_charlie_drops", rider_lean=rider), [6.0])
+    assert (leaning.of("rider_lean.Izz") == 0).all()
+    assert np.abs(leaning.of("rider_lean.Ixx")).max() > 1e-3
+    seated = built("pista_charlie_drops", rider_saddle={"mass": 78.0})
+    assert np.abs(sensitivities(seated, [6.0]).of("IBxx")).max() > 1e-3
+
+
 def test_a_tied_parameter_moves_with_the_bicycle():
     """The hinge stays perpendicular to the steer axis unless its tilt is given: then the two are free of each other."""
     h = 1e-5

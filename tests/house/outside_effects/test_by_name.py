@@ -130,7 +130,8 @@ def test_sweep_columns_in_other_processes(model, tmp_path):
     with xr.open_zarr("s.zarr", consolidated=False) as found:
         names = found["mode"].values.tolist()
         own = found["frequencies"].sel(mode="pannier").values[..., 0]
-    packaged = ["weave", "wobble", "capsize", "castering", "rear_tyre", "front_compliance", "rider"]
+    packaged = ["weave", "wobble", "capsize", "castering", "rear_tyre", "front_compliance", "rider", "rider_yaw"]
+    packaged += ["rider_roll"]
     assert names == [*packaged, "arms", "fork_bending", "muscles", "rear_compliance", "pannier"]
     assert own[1] > own[0] > 1
 
