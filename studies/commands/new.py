@@ -76,6 +76,7 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
     from bicycle.files.bicycle_files import available_bicycles, load_bicycle
     from bicycle.model.model_file import build_model
     from studies.model_space.model_example import example_model
+    from studies.model_space.toml_target import near_to
     from tyre import read_tyre
     from tyre.ground.errors import InputError, unknown
     from tyre.ground.files import tomllib, write_text
@@ -106,22 +107,12 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
     if kind == "measurement":
         _write_measurement(target, bicycle, force=force)
         return
-    place = bicycle if packaged else _near_to(bicycle, target)
+    place = bicycle if packaged else near_to(bicycle, target)
     text = example_model(load_bicycle(bicycle), read_tyre(tyre), file=target.name, place=place)
     # refuses what does not run: a tyre far outside its tests, for example
     build_model(tomllib.loads(text), folder=target.parent)
     write_text(target, text)
     click.echo(f"{target}: {bicycle} on {tyre}; next: velotyre modes {quote(str(target))}")
-
-
-def _near_to(bicycle: str, target: Path) -> str:
-    """Name the file of a ``bicycle`` as it is found from the folder of ``target``."""
-    import os
-
-    try:
-        return Path(os.path.relpath(bicycle, target.parent)).as_posix()
-    except ValueError:  # on another drive
-        return Path(bicycle).resolve().as_posix()
 
 
 def _write_own_bicycle(target: Path, data: dict[str, Any], *, force: bool) -> None:

@@ -84,13 +84,14 @@ def command(
     from bicycle.files.bicycle_files import load_bicycle
     from bicycle.rider.rider_frame import rider_on_bicycle
     from bicycle.rider.rider_posture import SeatGeometry, packaged_geometry, read_geometry
+    from studies.model_space.toml_target import check_toml_target
     from studies.reporting import rider_report
     from studies.reporting.output import print_table, print_warnings
     from tyre.ground.errors import InputError
     from tyre.ground.files import write_text
 
     # Read the options.
-    _check_target(out, force=force)
+    check_toml_target(out, force=force, companions=(".png", ".svg"))
     frame = load_bicycle(bicycle)
     if place is not None or inertia is not None:
         _write_with_mass(frame, mass, place, inertia, out)
@@ -194,19 +195,6 @@ def _write_with_mass(
     )
     print_warnings(loaded.warnings)
     click.echo(out.as_posix())
-
-
-def _check_target(out: Path, *, force: bool) -> None:
-    """Refuse a target that is no .toml file in a folder, or that would overwrite a file or its pictures."""
-    from tyre.ground.errors import InputError
-
-    if out.suffix.lower() != ".toml":
-        raise InputError(f"--out {out}: the ending {out.suffix!r} is not known; write a .toml file")
-    if not out.parent.is_dir():
-        raise InputError(f"--out {out}: there is no folder {out.parent}")
-    existing = [file for file in (out, out.with_suffix(".png"), out.with_suffix(".svg")) if file.exists()]
-    if existing and not force:
-        raise InputError(f"{existing[0]} exists; give --force to overwrite it or another name")
 
 
 def _choose_rider(name: str | None, height: float | None, mass: float | None) -> "RiderMeasurements":

@@ -3,6 +3,7 @@
 from tyre.ground.door import room
 
 HOME = {
+    "hinge_report": ("hinge_record", "hinge_tables", "hinge_text", "model_text"),
     "published": (
         "FigureMap",
         "FrontHinge",

@@ -16,6 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.parameters.bicycle import Bicycle
+from bicycle.parameters.front_hinge import hinge_at
+from bicycle.parameters.parameter_covariance import MODEL_FILE, ParameterCovariance
+from studies.main_study.settings import LIMITS
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.files import data_root, read_toml
@@ -23,6 +27,8 @@ from tyre.ground.units import GRAVITY
 
 NORMAL_95 = 1.959964  # standard deviations of a normal number within which 95 % lie
 BEYOND = 2.0  # a figure so many times above or below all frames of the map is refused: it is in another unit
+EFFECT = "front_compliance"
+UNCERTAIN = tuple(f"{EFFECT}.{name}" for name in ("stiffness", "joint_x", "joint_z"))
 
 
 @dataclass(frozen=True)
@@ -109,6 +115,31 @@ class FrontHinge:
     def height_interval(self) -> tuple[float, float]:
         """95 % coverage interval of the height, m."""
         return self.height - NORMAL_95 * self.height_sd, self.height + NORMAL_95 * self.height_sd
+
+    def effect_numbers(self, bicycle: Bicycle) -> dict[str, float]:
+        """Numbers (SI) of the effect front_compliance on a ``bicycle``; its damping is unknown and left out."""
+        low, high = LIMITS.wheel
+        if not low <= bicycle["rF"] <= high:
+            raise InputError(
+                f"bicycle {bicycle.name}: the front wheel has a radius of {bicycle['rF']:.3g} m; published figures are "
+                f"those of racing frames with wheels of {low:g} to {high:g} m, so their hinge does not apply"
+            )
+        joint_x, joint_z = hinge_at(bicycle.values, self.height)
+        return {"stiffness": self.stiffness, "joint_x": joint_x, "joint_z": joint_z}
+
+    def effect_factor(self, bicycle: Bicycle) -> Array:
+        """Factor L (3, 2) of the covariance L L' (SI) of the numbers ``UNCERTAIN`` on a ``bicycle``.
+
+        Two numbers are uncertain, the stiffness and the height above the hub; the hinge moves along the steer axis.
+        """
+        tilt = bicycle["lam"]
+        slopes = np.array([[self.stiffness, 0.0], [0.0, -math.sin(tilt)], [0.0, -math.cos(tilt)]])
+        return slopes @ np.linalg.cholesky(self.covariance)
+
+    def effect_covariance(self, bicycle: Bicycle) -> ParameterCovariance:
+        """Covariance (SI) of stiffness and place of the effect front_compliance on a ``bicycle``."""
+        factor = self.effect_factor(bicycle)
+        return ParameterCovariance(UNCERTAIN, factor @ factor.T, origin=MODEL_FILE)
 
 
 @dataclass(frozen=True)

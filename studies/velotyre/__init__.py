@@ -38,6 +38,8 @@ Tyres and their tests: ``read_tyre`` ``available_tyres`` ``TyreMap`` ``read_reco
 >>> vt.read_tyre("Tyre1").at(load=400.0, pressure=5.5e5).cornering_stiffness.__round__()
 6400
 
+Stiffness of a front frame from published figures: ``front_frame``
+
 What a model lacks: ``read_measurement`` ``diagnose`` (``velotyre new m.toml --kind measurement`` writes a first file)
 
 Every name is imported from ``tyre``, ``bicycle`` or ``studies`` when it is asked for; ``help(vt.modes)`` tells of one,
@@ -63,6 +65,7 @@ PLACES = {
         "chart", "critical_speeds", "design", "limit_cycles", "modes", "root_locus", "sensitivity", "simulate", "sweep",
         "uncertainty",
     ),
+    "studies.front_frame.published": ("front_frame",),
     "tyre": (
         "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",
     ),

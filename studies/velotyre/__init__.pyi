@@ -31,6 +31,7 @@ from studies.door.library import (
     sweep,
     uncertainty,
 )
+from studies.front_frame.published import front_frame
 from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, TyreSource, available_tyres, read_tyre
 from tyre.fits.lateral_stiffness import fit_lateral_stiffness
 from tyre.fits.recording_files import read_recording
@@ -139,6 +140,7 @@ __all__ = [
     "fit_lateral_stiffness",
     "fit_slip_sweep",
     "frequency_response",
+    "front_frame",
     "limit_cycles",
     "load_bicycle",
     "load_effects",
