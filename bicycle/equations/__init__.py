@@ -11,6 +11,7 @@ __getattr__, __dir__ = room(
             "compile_expressions",
             "derive",
         ),
+        "held_frame": ("held_equations",),
         "lateral": ("ModelBuilder",),
         "speed_polynomial": ("SpeedPolynomial",),
         "symbolic_polynomial": (

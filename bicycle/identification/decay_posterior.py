@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.identification import decay_noise as noise
+from bicycle.identification.recording import CHANNELS
 from tyre.ground.arrays import Array
 
 CLEAR = math.log(20)  # of the odds for a further mode
@@ -293,6 +294,13 @@ def proposal(size: int, points: int) -> tuple[Array, Array]:
     return z, np.asarray(multivariate_t(np.zeros(size), np.eye(size), df=TAIL).logpdf(z)).reshape(-1)
 
 
+def ratio_pairs(channels: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Pairs of channels whose ratio a mode has: :data:`RATIOS`; of sensors at other places each over the first."""
+    if set(channels) & set(CHANNELS):
+        return RATIOS
+    return {f"{name}_over_{channels[0]}": (name, channels[0]) for name in channels[1:]}
+
+
 def _ratios(posteriors: Sequence[Posterior], weights: Array, number: int) -> dict[str, tuple[complex, float]]:
     """Ratios of one mode by the law of total variance over its posterior: value, and sd of both parts."""
     w, turn = posteriors[0].evidence.window, np.array([1, -1j])
@@ -302,7 +310,7 @@ def _ratios(posteriors: Sequence[Posterior], weights: Array, number: int) -> dic
     blocks = np.concatenate([p.linear.covariance[:, :, two][..., two] for p in posteriors])
     spread = np.real(np.einsum("pcij,i,j->pc", blocks, turn, turn.conj()))
     ratios = {}
-    for name, pair in RATIOS.items():
+    for name, pair in ratio_pairs(w.channels).items():
         columns = [rate if rate in w.channels else ANGLES.get(rate, "") for rate in pair]
         if not set(columns) <= set(w.channels):
             continue

@@ -1,0 +1,20 @@
+"""A bicycle that stands still: what is read on its front frame, and the joints that explain it.
+
+Every name is imported when it is first used.
+"""
+
+from tyre.ground.door import room
+
+HOME = {  # module -> the names that it gives to other rooms
+    "front_fit": (
+        "ASSUMED_HEIGHT", "FORK", "FORK_LENGTH", "FRONT", "HEIGHT", "NOT_HELD", "ONE_HINGE", "STIFFNESS", "TIME",
+        "TWO_JOINTS", "FrontFit", "fit_front",
+    ),
+    "front_result": ("CERTAIN_MOTION", "FrontResult", "Outcome", "frame_motion", "measure_front"),
+    "prediction": ("SUPPORT", "Prediction"),
+    "readings": ("Deflection", "Errors", "Place", "Ratio", "Readings", "Tap"),
+    "standing_table": ("HOLDS", "TABLE", "Standing", "read_standing"),
+    "tap_recordings": ("TapRecording", "identify_taps", "read_tap"),
+}  # fmt: skip
+
+__getattr__, __dir__ = room(__name__, HOME)

@@ -1,0 +1,159 @@
+"""What readings of a standing bicycle say of its front frame: which hypothesis holds, and what was not checked."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from scipy.special import chdtrc
+
+from bicycle.model.model import Model
+from bicycle.standing.front_fit import (
+    NOT_HELD,
+    ONE_HINGE,
+    TWO_JOINTS,
+    FrontFit,
+    Hypothesis,
+    fit_front,
+)
+from bicycle.standing.readings import Place, Readings
+from tyre.ground.errors import InputError
+
+PLAUSIBLE_HEIGHT = (0.05, 0.8)
+"""Heights (m above the hub) that a single hinge can have.
+
+The hinge of a couple lies at 0.31 m in beam models of frame and fork, that of a force at the ground at 0.58 m.
+"""
+LEAST_MOTION = 0.01
+"""Motion of the frame over that of the hub below which it counts as held."""
+CERTAIN_MOTION = 1e-3
+"""Probability of the readings of a held frame below which it was not held."""
+
+FAR_BETTER = 0.1
+"""Chi^2 over that of a held frame, below which a hold that gives way is named though it is not quite as assumed."""
+
+
+class Outcome(StrEnum):
+    """What the readings say."""
+
+    ONE_HINGE = "one_hinge"
+    TWO_JOINTS = "two_joints"
+    TWO_ANSWERS = "two_answers"  # two hinges fit alike
+    NOT_HELD = "not_held"  # the frame moved
+    ODD_HINGE = "odd_hinge"  # one hinge fits where no front frame has it, and a second joint is not determined
+    UNEXPLAINED = "unexplained"
+
+
+NUMBERS = (Outcome.ONE_HINGE, Outcome.TWO_JOINTS)
+"""Outcomes whose numbers may be used."""
+
+
+@dataclass(frozen=True)
+class FrameMotion:
+    """Motion of the rear frame, where it was read."""
+
+    share: float  # largest over the motion of the hub, without sign
+    probability: float  # of readings that far from zero if the frame is held
+
+    @property
+    def moved(self) -> bool:
+        """True if the frame was not held."""
+        return self.share > LEAST_MOTION and self.probability < CERTAIN_MOTION
+
+
+@dataclass(frozen=True, eq=False)
+class FrontResult:
+    """The outcome, and every hypothesis that was tried."""
+
+    readings: Readings
+    outcome: Outcome
+    fits: Mapping[str, FrontFit] = field(default_factory=dict)  # by name of the hypothesis
+    motion: FrameMotion | None = None  # None: the frame was not read
+
+    @property
+    def fit(self) -> FrontFit | None:
+        """The fit whose numbers may be used; None if there is none."""
+        if self.outcome not in NUMBERS:
+            return None
+        return self.fits[(ONE_HINGE if self.outcome == Outcome.ONE_HINGE else TWO_JOINTS).name]
+
+    @property
+    def hold_checked(self) -> str:
+        """How the hold was checked: ``frame`` by a reading, ``both`` by deflections with taps, empty if not."""
+        if self.motion is not None:
+            return "frame"
+        fit = self.fit
+        both = bool(self.readings.deflections and self.readings.taps)
+        return "both" if both and fit is not None and fit.freedom > 0 else ""
+
+
+def measure_front(readings: Readings, model: Model, stated_sd: Mapping[str, float] | None = None) -> FrontResult:
+    """Find what readings of the bicycle of a ``model`` say of its front frame.
+
+    One hinge is taken unless the readings contradict it or put it where no front frame has one; then two joints, or a
+    frame that was not held. A reading of the frame decides between these.
+
+    Raises
+    ------
+    InputError
+        Too few readings, or none.
+    """
+    if not readings.deflections and not readings.taps:
+        raise InputError("nothing was read: give deflections under a load, or taps")
+    motion = frame_motion(readings)
+    fits: dict[str, FrontFit] = {}
+
+    def attempt(hypothesis: Hypothesis) -> FrontFit | None:
+        try:
+            fits[hypothesis.name] = fit_front(readings, model, hypothesis, stated_sd)
+        except InputError:
+            if hypothesis is ONE_HINGE:
+                raise
+            return None
+        return fits[hypothesis.name]
+
+    one = attempt(ONE_HINGE)
+    if motion is not None and motion.moved:
+        return FrontResult(readings, Outcome.NOT_HELD, fits, motion)
+    if one is not None and one.fits and is_plausible(one):
+        two_answers = bool(one.others)
+        outcome = Outcome.TWO_ANSWERS if two_answers else Outcome.ONE_HINGE
+        return FrontResult(readings, outcome, fits, motion)
+    two = attempt(TWO_JOINTS)
+    if two is not None and two.fits and two.freedom >= 0 and not two.height_assumed:
+        return FrontResult(readings, Outcome.TWO_JOINTS, fits, motion)
+    if one is not None and one.fits:
+        return FrontResult(readings, Outcome.ODD_HINGE, fits, motion)
+    loose = attempt(NOT_HELD) if motion is None else None
+    held = min(fit.chi2 for fit in (one, two) if fit is not None)
+    explains = loose is not None and (loose.fits or loose.chi2 < FAR_BETTER * held)
+    outcome = Outcome.NOT_HELD if explains else Outcome.UNEXPLAINED
+    return FrontResult(readings, outcome, fits, motion)
+
+
+def is_plausible(fit: FrontFit) -> bool:
+    """True if the 95 % interval of the hinge's height reaches into :data:`PLAUSIBLE_HEIGHT`."""
+    height, sd = fit.height
+    return PLAUSIBLE_HEIGHT[0] - 1.96 * sd <= height <= PLAUSIBLE_HEIGHT[1] + 1.96 * sd
+
+
+def frame_motion(readings: Readings) -> FrameMotion | None:
+    """Find how far the rear frame moved; None if it was not read."""
+    shares, squares = [], []
+    for deflection in readings.deflections:
+        if deflection.read.on == "frame":
+            shares.append(abs(deflection.value) / _hub_deflection(readings, deflection.force, deflection.loaded))
+            squares.append((deflection.value / deflection.sd) ** 2)
+    for tap in readings.merge_alike().taps:
+        for ratio in tap.ratios:
+            if ratio.read.on == "frame":
+                shares.append(abs(ratio.value))
+                squares.append((ratio.value / ratio.sd) ** 2)
+    return FrameMotion(max(shares), float(chdtrc(len(squares), sum(squares)))) if shares else None
+
+
+def _hub_deflection(readings: Readings, force: float, loaded: Place) -> float:
+    """Deflection (m) under a load, without sign: at the hub, else the largest on the front; infinite without any."""
+    alike = [d for d in readings.deflections if d.force == force and d.loaded == loaded and d.read.on != "frame"]
+    at_hub = [abs(d.value) for d in alike if d.read.is_axle]
+    return max(at_hub or [abs(d.value) for d in alike] or [math.inf])

@@ -1,0 +1,172 @@
+"""Deflections and vibrations that a model predicts for a standing bicycle, for many bicycles at a time.
+
+A load F at a place deflects the bicycle by q = (K + W)^-1 b F, and a gauge reads b' q, with the rows b of both places.
+After a tap it moves by the eigenvectors of M q'' + C q' + (K + W) q = 0. Rows and columns of what is held are taken
+out. A frame that is not held stands on springs at the point of the hold.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from bicycle.equations.held_frame import FRAME, HeldFrame, HeldMatrices, held_equations
+from bicycle.standing.readings import Place, Readings
+from tyre.ground.arrays import Array, Complex
+
+SUPPORT = ("support.rotation", "support.lateral", "support.x", "support.z")
+"""Keys of a hold: stiffness in roll and yaw (N m/rad), to the side (N/m), its place (m) in the axes of the bicycle."""
+STEER = "steer"
+
+
+def load_error(force: float) -> str:
+    """Key of the relative error of a load (N)."""
+    return f"load {force:g} N"
+
+
+def place_error(place: Place) -> str:
+    """Key of the error (m) of a place."""
+    return f"place {place.above_hub:g} m, {place.on}"
+
+
+def gain_error(pair: tuple[Place, Place]) -> str:
+    """Key of the relative error of a ratio of two sensors."""
+    return f"gain {place_error(pair[0])} over {place_error(pair[1])}"
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What the readings would be on bicycles with some effects."""
+
+    readings: Readings
+    effects: tuple[type[Any], ...]  # those that add joints, springs or dampers, by identifier
+
+    @cached_property
+    def frame(self) -> HeldFrame:
+        """The equations."""
+        return held_equations(self.effects)
+
+    def __call__(self, values: Mapping[str, Array]) -> Array:
+        """Predict the numbers of :meth:`Readings.numbers`, (k, n).
+
+        Parameters
+        ----------
+        values : mapping
+            Parameters of bicycle and effects (k,), SI; perhaps errors of loads, places and gains, and
+            :data:`SUPPORT` of a frame that is not held.
+        """
+        matrices = self.frame(values)
+        supported = SUPPORT[0] in values
+        stiffness = matrices.stiffness + (0.0 if self.readings.on_side else matrices.weight)
+        if supported:
+            stiffness = stiffness + _hold(matrices, values)
+        columns = [self._deflections(matrices, stiffness, values, supported=supported)]
+        columns += [
+            self._tap(number, matrices, stiffness, values, supported=supported)
+            for number in range(len(self.readings.taps))
+        ]
+        return np.concatenate(columns, -1)
+
+    def _free(self, *, supported: bool, bar_free: bool) -> list[int]:
+        """Places of the coordinates that are not held."""
+        names = self.frame.coordinates
+        return [k for k, name in enumerate(names) if (supported or name not in FRAME) and (bar_free or name != STEER)]
+
+    def _row(self, matrices: HeldMatrices, values: Mapping[str, Array], place: Place) -> Array:
+        """Displacement (k, n) of a place per coordinate."""
+        above = place.above_hub + values.get(place_error(place), np.zeros(1))
+        x, z = point_of(values, above, on_wheel=place.on == "wheel")
+        return matrices.displacement(place.on, x, z)
+
+    def _deflections(
+        self, matrices: HeldMatrices, stiffness: Array, values: Mapping[str, Array], *, supported: bool
+    ) -> Array:
+        """Deflections (k, number), m; the handlebar is held."""
+        free = self._free(supported=supported, bar_free=False)
+        compliance = np.linalg.inv(stiffness[:, free][:, :, free])
+        columns = []
+        for deflection in self.readings.deflections:
+            load = deflection.force * (1 + values.get(load_error(abs(deflection.force)), np.zeros(1)))
+            loaded = self._row(matrices, values, deflection.loaded)[:, free]
+            read = self._row(matrices, values, deflection.read)[:, free]
+            columns.append(load * np.einsum("ki,kij,kj->k", read, compliance, loaded))
+        return np.stack(columns, -1) if columns else np.zeros((len(stiffness), 0))
+
+    def _tap(
+        self, number: int, matrices: HeldMatrices, stiffness: Array, values: Mapping[str, Array], *, supported: bool
+    ) -> Array:
+        """Frequency (Hz), damping ratio and ratios of one tap, (k, 2 + ratios), of the mode nearest to it."""
+        tap = self.readings.taps[number]
+        free = self._free(supported=supported, bar_free=self.readings.bar_free)
+        mass = matrices.mass
+        if tap.added_mass:
+            row = self._row(matrices, values, tap.added)
+            mass = mass + tap.added_mass * row[:, :, None] * row[:, None, :]
+            if not self.readings.on_side:
+                lift = _lift(matrices.rows[tap.added.on], row)
+                stiffness = stiffness - values["g"][:, None, None] * tap.added_mass * lift
+        free_mass, free_damping, free_stiffness = (
+            matrix[:, free][:, :, free] for matrix in (mass, matrices.damping, stiffness)
+        )
+        root, shape = _nearest_mode(free_mass, free_damping, free_stiffness, 2 * np.pi * tap.frequency_hz)
+        columns = [np.abs(root) / (2 * np.pi), -root.real / np.abs(root)]
+        for ratio in tap.ratios:
+            read, over = (self._row(matrices, values, place)[:, free] for place in (ratio.read, ratio.over))
+            gain = 1 + values.get(gain_error((ratio.read, ratio.over)), np.zeros(1))
+            columns.append(gain * ((read * shape).sum(-1) / (over * shape).sum(-1)).real)
+        return np.stack(np.broadcast_arrays(*columns), -1)
+
+
+def point_of(values: Mapping[str, Array], above: Array, *, on_wheel: bool) -> tuple[Array, Array]:
+    """Point (x, z), m, ``above`` the hub (m along the steer axis): through the hub, or on the axis itself."""
+    sine, cosine = np.sin(values["lam"]), np.cos(values["lam"])
+    x, z = values["w"], -values["rF"]
+    if not on_wheel:  # the point of the axis that is nearest to the hub
+        down = -values["c"] * sine + z * cosine  # m along the axis, from its point on the ground
+        x, z = values["w"] + values["c"] + down * sine, down * cosine
+    return x - above * sine, z - above * cosine
+
+
+def _hold(matrices: HeldMatrices, values: Mapping[str, Array]) -> Array:
+    """Stiffness (k, n, n) of the springs on which a frame stands that is not held."""
+    row = matrices.displacement("frame", values[SUPPORT[2]], values[SUPPORT[3]])
+    total = values[SUPPORT[1]][:, None, None] * row[:, :, None] * row[:, None, :]
+    for name in FRAME[1:]:
+        total[:, FRAME.index(name), FRAME.index(name)] += values[SUPPORT[0]]
+    return np.asarray(total)
+
+
+def _lift(rows: Array, row: Array) -> Array:
+    """Second derivatives (k, n, n) of the z coordinate of a point by its displacement ``row`` (k, n).
+
+    As :func:`bicycle.parameters.rigid_bodies.height_hessian`: the forward part of the axis of the outer joint times
+    the lever of the inner one; y and yaw have none.
+    """
+    forward = -rows[:, 2]
+    products = forward[:, :, None] * row[:, None, :]
+    upper = np.triu(products)
+    hessian = upper + np.swapaxes(np.triu(products, 1), 1, 2)
+    hessian[:, :2] = 0.0
+    hessian[:, :, :2] = 0.0
+    return np.asarray(hessian)
+
+
+def _nearest_mode(mass: Array, damping: Array, stiffness: Array, omega: float) -> tuple[Complex, Complex]:
+    """Eigenvalue (k,), 1/s, and shape (k, n) of the oscillation whose frequency is nearest to ``omega`` (rad/s)."""
+    n = mass.shape[-1]
+    upper = np.concatenate([np.zeros_like(mass), np.broadcast_to(np.eye(n), mass.shape)], -1)
+    lower = -np.linalg.solve(mass, np.concatenate([stiffness, damping], -1))
+    roots, vectors = np.linalg.eig(np.concatenate([upper, lower], -2))
+    distance = np.abs(np.log(np.maximum(np.abs(roots), 1e-6) / omega)) + np.where(roots.imag > 0, 0.0, 1e3)
+    chosen = distance.argmin(-1)
+    every = np.arange(len(roots))
+    return np.asarray(roots[every, chosen], complex), np.asarray(vectors[every, :n, chosen], complex)
+
+
+def measured_places(readings: Readings) -> Sequence[str]:
+    """Keys of the errors of ``readings``: loads, places, gains."""
+    keys = [load_error(force) for force in readings.loads]
+    keys += [place_error(place) for place in readings.places]
+    return [*keys, *(gain_error(pair) for pair in readings.pairs)]

@@ -1,0 +1,157 @@
+"""Recordings of taps: frequency, damping ratio and signed ratios of the vibration that a tap leaves.
+
+The fit of free decays (:mod:`bicycle.identification.free_decay`) reads oscillations up to 200 rad/s; a front frame may
+vibrate faster. So its clock is stretched tenfold, which divides all eigenvalues by ten and changes no ratio.
+"""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from bicycle.identification.free_decay import Decay, identify
+from bicycle.identification.recording import Run
+from bicycle.identification.scatter import repeats
+from bicycle.standing.readings import Place, Ratio, Tap
+from tyre.ground.arrays import Array, Complex
+from tyre.ground.errors import InputError
+from tyre.ground.text_table import read_cells, read_columns
+
+STRETCH = 10.0
+SENSOR = re.compile(r"(?P<place>hub|rim|stem|frame)\w*_lateral_m_s2")
+"""Column of a sensor: its place, perhaps further words, and the unit."""
+LEAST = 20  # samples after a tap
+TRIES = 4  # starts of the window, each later than the one before
+
+
+@dataclass(frozen=True)
+class TapRecording:
+    """One tap as it was recorded."""
+
+    name: str  # of the file
+    time: Array  # (n,), s
+    channels: Mapping[str, Array]  # by column, (n,), m/s^2
+    added_mass: float = 0.0  # kg
+    added: Place = field(default_factory=lambda: Place(0.0))  # of the added mass
+
+
+def read_tap(path: Path) -> tuple[Array, dict[str, Array]]:
+    """Read time (n,), s, and channels (n,), m/s^2, of a recording: ``time_s`` and ``hub_lateral_m_s2`` and others.
+
+    Raises
+    ------
+    InputError
+        An unknown column, one sensor that is not at the hub, fewer samples than a fit needs, an uneven clock.
+    """
+    header = read_cells(path, kind="recording of a tap", example="time_s, hub_lateral_m_s2").header
+    sensors = [name for name in header if SENSOR.fullmatch(name)]
+    columns = read_columns(path, numbers=("time_s", *sensors), needed=("time_s", "hub_lateral_m_s2"))
+    time = columns.numbers["time_s"]
+    steps = np.diff(time)
+    if len(time) < 2 * LEAST:
+        raise InputError(f"{path}: {len(time)} samples are too few for a vibration; record 1 s at 200 Hz or more")
+    usual = float(np.median(steps))
+    if not usual > 0 or np.abs(steps - usual).max() > 0.2 * usual:
+        worst = int(np.abs(steps - usual).argmax())
+        raise InputError(
+            f"{path}, line {columns.lines[worst + 1]}: time_s steps by {steps[worst]:g} s where {usual:g} s is usual; "
+            "resample to even steps"
+        )
+    return time, {name: columns.numbers[name] for name in sorted(sensors, key=lambda name: not name.startswith("hub"))}
+
+
+def identify_taps(recordings: Sequence[TapRecording], places: Mapping[str, Place]) -> tuple[Tap, ...]:
+    """Find the slowest vibration of each recording; taps alike widen their sd by their scatter.
+
+    Parameters
+    ----------
+    recordings : sequence of TapRecording
+    places : mapping
+        Column of a sensor -> its place.
+
+    Raises
+    ------
+    InputError
+        A recording without a vibration that can be read.
+    """
+    taps = [_tap(recording, identify_tap(recording), places) for recording in recordings]
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for k, tap in enumerate(taps):
+        groups.setdefault(tap.arrangement, []).append(k)
+    for members in groups.values():
+        for k, tap in zip(members, _widen([taps[k] for k in members]), strict=True):
+            taps[k] = tap
+    return tuple(taps)
+
+
+def identify_tap(recording: TapRecording) -> Decay:
+    """Fit the decay after the largest sample; the clock is stretched by :data:`STRETCH`."""
+    peak = max(int(np.abs(x - np.median(x)).argmax()) for x in recording.channels.values())
+    time = STRETCH * (recording.time - recording.time[0])
+    run = Run(recording.name, 0.0, time, recording.channels, {})
+    first = float(time[min(peak + 2, len(time) - 1)])
+    last = math.inf
+    for _ in range(TRIES):
+        decay = identify(run, first_s=first, last_s=last)
+        movement, jump = decay.movement, decay.broken
+        if decay.rejected and movement is not None and movement.refused and movement.settled_s is not None:
+            first = movement.settled_s
+        elif decay.rejected and jump is not None and jump.refused:
+            last = jump.until_s
+        else:
+            break
+    if decay.rejected:
+        raise InputError(f"{recording.name}: {decay.rejected}; tap again, or leave the recording out")
+    return decay
+
+
+def _tap(recording: TapRecording, decay: Decay, places: Mapping[str, Place]) -> Tap:
+    """Turn a decay of the stretched clock into frequency (Hz), damping ratio and ratios."""
+    root: Complex = np.asarray(decay.eigenvalue * STRETCH)
+    real_sd, imaginary_sd = (STRETCH * sd for sd in decay.sd)
+    size = abs(complex(root))
+    cosine, sine = float(root.real) / size, float(root.imag) / size
+    size_sd = math.hypot(cosine * real_sd, sine * imaginary_sd)
+    damping_sd = abs(sine) * math.hypot(sine * real_sd, cosine * imaginary_sd) / size
+    first = next(iter(recording.channels))
+    ratios = tuple(
+        Ratio(places[name], places[first], decay.ratios[f"{name}_over_{first}"][0].real, sd)
+        for name in list(recording.channels)[1:]
+        for _, sd in [decay.ratios[f"{name}_over_{first}"]]
+    )
+    return Tap(
+        recording.name,
+        size / (2 * math.pi),
+        size_sd / (2 * math.pi),
+        -cosine,
+        damping_sd,
+        ratios,
+        recording.added_mass,
+        recording.added,
+    )
+
+
+def _widen(taps: Sequence[Tap]) -> list[Tap]:
+    """Widen the sd of taps that are alike where they scatter more than their fits say."""
+
+    def widened(values: list[float], sds: list[float]) -> list[float]:
+        return [float(sd) for sd in repeats([1.0] * len(values), values, sds).sd]
+
+    frequency = widened([tap.frequency_hz for tap in taps], [tap.frequency_sd_hz for tap in taps])
+    damping = widened([tap.damping_ratio for tap in taps], [tap.damping_ratio_sd for tap in taps])
+    ratios = [
+        widened([tap.ratios[k].value for tap in taps], [tap.ratios[k].sd for tap in taps])
+        for k in range(len(taps[0].ratios))
+    ]
+    return [
+        replace(
+            tap,
+            frequency_sd_hz=frequency[k],
+            damping_ratio_sd=damping[k],
+            ratios=tuple(replace(ratio, sd=ratios[j][k]) for j, ratio in enumerate(tap.ratios)),
+        )
+        for k, tap in enumerate(taps)
+    ]

@@ -1,0 +1,193 @@
+"""Deflections and vibrations of a bicycle that stands still, its rear frame held and its front wheel in the air.
+
+What it predicts is :class:`bicycle.standing.Prediction`: M, C and K of the model at rest without the rows of what is
+held.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from bicycle.effects.effect import Effect, SprungJoint
+from bicycle.effects.effect_registry import registry
+from bicycle.model.model import Model
+from bicycle.standing import SUPPORT, TABLE, Prediction, Readings, read_standing
+from studies.diagnosis.bicycle_kind import BicycleKind
+from studies.diagnosis.family import Family, Settings
+from studies.diagnosis.mistakes import SENSOR
+from studies.inference import kind as base
+from studies.inference.evidence import folds
+from studies.inference.kind import Candidates, Rows, Series
+from studies.inference.parameter import Candidate, UncertainParameter, central_differences
+from tyre.ground.arrays import Array
+
+TURNING = ("steer_damper", "steer_spring")  # act on a handlebar that is free
+NO_PART = "has no part in the deflections and vibrations of a front frame that stands still"
+HELD_BAR = "the handlebar is held"
+RIGID_HZ = 200.0
+"""Frequency (Hz) of a front frame that does not give way at all: faster than any that is read."""
+WIDER_DAMPING = (
+    2.0  # sd of the logarithm of a damping: bare frames have a tenth of what riders and frames have together
+)
+HOLD_SOFTEST = 4e3  # N m/rad: half its compliance is one prior sd of a hold
+LATERAL_PER_ROTATION = 16.0  # 1/m^2, stiffness of a hold to the side over that in rotation: two arms of 0.25 m
+HOLD_PLACE = (0.4, 0.5)  # share of the wheelbase, m above the ground
+QUANTITIES = {"deflection": ("deflection, mm", 1000.0), "frequency": ("frequency, Hz", 1.0), "damping ratio": ("", 1.0)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class StandingKind(BicycleKind, kind="standing"):
+    """Readings of a standing bicycle."""
+
+    keys: ClassVar[Any] = TABLE
+    readings: Readings
+    held: str = field(default="")  # what held the frame
+
+    @classmethod
+    def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "StandingKind":
+        found = read_standing(content, folder, common["model"].bicycle.values)
+        return cls(**common, readings=found.readings, held=found.held, notes=found.notes)
+
+    # ---- candidates ----
+
+    def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
+        """Prepare the library: joints of frame and fork, which these readings show directly, and the hold."""
+        shown = [name for name in ("fork_bending",) if name not in without]
+        prepared = super().prepare(without=without, also=(*also, *shown))
+        acting = tuple(
+            _with_wider_damping(c) for c in prepared.candidates if c.effect is None or not self._unseen(c.effect)
+        )
+        return replace(prepared, candidates=acting)
+
+    def _unseen(self, effect: type[Effect]) -> str:
+        """Reason why an ``effect`` does not act here; empty if it does."""
+        if effect.identifier in TURNING:
+            return "" if self.readings.bar_free else HELD_BAR
+        carries_front = effect.identifier in ("front_compliance", "fork_bending")
+        return "" if issubclass(effect, SprungJoint) and carries_front else NO_PART
+
+    def mistakes(self) -> tuple[Candidate, ...]:
+        """A hold that gives way: the frame stands on springs."""
+        scale = 0.5 / HOLD_SOFTEST
+        stiffness = UncertainParameter(
+            "stiffness",
+            "N m/rad",
+            {SUPPORT[0]: 1.0, SUPPORT[1]: LATERAL_PER_ROTATION},
+            0.0,
+            scale,
+            1e-3 * scale,
+            power=-1,
+            size=True,
+            labels=("rotation", "lateral"),
+        )
+        share, height = HOLD_PLACE
+        return (
+            Candidate(
+                "support",
+                (stiffness,),
+                fixed={SUPPORT[2]: share * self.model.bicycle["w"], SUPPORT[3]: -height},
+                signature="the rear frame moves with the front: soft in all readings, most above the hinge",
+                title="hold of the rear frame that gives way",
+                weight=SENSOR,
+            ),
+        )
+
+    def refusals(self) -> dict[str, str]:
+        present = {effect.identifier for effect in self.model.effects}
+        reasons = {name: self._unseen(effect) for name, effect in registry().items() if name not in present}
+        return {name: why for name, why in reasons.items() if why}
+
+    def assumptions(self) -> tuple[str, ...]:
+        return (f"the rear frame was held ({self.held}), the front wheel in the air",)
+
+    # ---- physics ----
+
+    @cached_property
+    def _standing(self) -> tuple[Model, tuple[tuple[str, float], ...]]:
+        """The base model with what acts here alone, and the parameters that have no part."""
+        acting = tuple(effect for effect in self.model.effects if not self._unseen(type(effect)))
+        model = Model(self.model.bicycle, acting)
+        return model, tuple((k, value) for k, value in self.model.parameters.items() if k not in model.parameters)
+
+    def family(self, candidates: Candidates, settings: Settings = ()) -> Family:
+        model, unused = self._standing
+        return Family(model, self.nuisances, candidates, (*unused, *settings))
+
+    @cached_property
+    def _used(self) -> tuple[Array, Array, Any]:
+        measured, sd = self.readings.numbers()
+        used = np.flatnonzero(np.isfinite(measured))
+        return measured[used], sd[used], used
+
+    @property
+    def data(self) -> tuple[Array, Array]:
+        return self._used[:2]
+
+    @property
+    def varied(self) -> bool:
+        return len(self._used[0]) > 1
+
+    @cached_property
+    def rows(self) -> Rows:  # type: ignore[override]
+        """A series is a quantity; rows of one arrangement are held out together."""
+        labels, quantities, groups = [], [], []
+        for deflection in self.readings.deflections:
+            labels.append(
+                f"deflection {deflection.read.above_hub:g} m above the hub, {deflection.force:g} N at "
+                f"{deflection.loaded.above_hub:g} m"
+            )
+            quantities.append("deflection")
+            groups.append(f"{deflection.force:g} N at {deflection.loaded.above_hub:g} m")
+        for tap in self.readings.taps:
+            of_tap = ["frequency", "damping ratio"]
+            of_tap += [f"ratio, {r.read.above_hub:g} m over {r.over.above_hub:g} m" for r in tap.ratios]
+            labels += [f"{quantity} of {tap.name}" for quantity in of_tap]
+            quantities += of_tap
+            groups += [tap.name] * len(of_tap)
+        used = self._used[2]
+        labels, quantities, groups = ([column[k] for k in used] for column in (labels, quantities, groups))
+        order = np.arange(len(used), dtype=float)
+        fold = folds(groups, order.tolist(), [f"{k:06d}" for k in range(len(used))])
+        displays = {
+            name: Series(name, name, "number of the reading", *QUANTITIES.get(name, (name, 1.0)))
+            for name in dict.fromkeys(quantities)
+        }
+        return Rows(tuple(labels), order, tuple(quantities), fold, displays=displays, axis="number of the reading")
+
+    def predict(self, candidates: Candidates, theta: Array) -> Array:
+        return self._predict(candidates, theta[None])[0]
+
+    def value_and_jacobian(self, candidates: Candidates, theta: Array) -> base.Prediction:
+        batch, steps = self.family(candidates).stencil(theta)
+        computed = self._predict(candidates, batch)
+        return computed[0], central_differences(computed, steps)
+
+    def _predict(self, candidates: Candidates, theta: Array) -> Array:
+        """Predicted numbers (k, n) at coordinates (k, p)."""
+        model, _ = self._standing
+        effects: Sequence[type[Effect]] = [type(effect) for effect in model.effects if effect.slot is None]
+        effects = [*effects, *(c.effect for c in candidates if c.effect is not None)]
+        values = {key: value[:, 0] for key, value in self.family(candidates).values(theta).items()}
+        used = self._used[2]
+        if not effects and SUPPORT[0] not in values:
+            return np.tile(self._rigid[used], (len(theta), 1))
+        prediction = Prediction(self.readings, tuple(sorted(effects, key=lambda effect: effect.identifier)))
+        return prediction(values)[:, used]
+
+    @cached_property
+    def _rigid(self) -> Array:
+        """Numbers of a front frame that does not give way."""
+        numbers = [0.0] * len(self.readings.deflections)
+        for tap in self.readings.taps:
+            numbers += [RIGID_HZ, 0.0, *(0.0 for _ in tap.ratios)]
+        return np.array(numbers)
+
+
+def _with_wider_damping(candidate: Candidate) -> Candidate:
+    """The candidate with a damping that may be that of a bare frame."""
+    unknowns = (replace(u, scale=WIDER_DAMPING) if u.name == "damping" else u for u in candidate.unknowns)
+    return replace(candidate, unknowns=tuple(unknowns))
