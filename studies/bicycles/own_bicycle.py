@@ -16,9 +16,12 @@ from bicycle.model.default_sd import DEFAULTS
 from bicycle.model.model import Model
 from bicycle.model.wheel_tyres import joint_wheel_tyres
 from bicycle.parameters.bicycle import UNITS, Bicycle, doubts_about
+from bicycle.parameters.front_hinge import hinge_at
 from bicycle.rider.rider_body import RigidBody
 from bicycle.stability.critical import DESTABILISING, STABILISING, CriticalSpeed, critical_speeds
 from bicycle.stability.propagation import critical_speed_gradients, model_covariance, standard_deviation
+from studies.front_frame.hinge_report import hinge_tables
+from studies.front_frame.published import FrontHinge, PublishedFigures, map_figures, read_map
 from studies.main_study.result import wobble_span
 from studies.main_study.settings import Front, Ranges, assumed_front
 from studies.reporting.markdown_text import render_file
@@ -69,6 +72,12 @@ class Asked:
     front_wheel_mass: float | None = None  # kg, with tyre; None: guessed
     fork_mass: float | None = None  # kg, of fork and handlebar; None: guessed
     front_wheel_inertia: float | None = None  # kg m^2, about the axle; None: guessed
+    published: PublishedFigures | None = None  # of the front frame; None: its stiffness is assumed
+
+    @property
+    def hinge(self) -> FrontHinge | None:
+        """Hinge of the front frame by published figures; None without any."""
+        return None if self.published is None else map_figures(self.published, read_map())
 
     @property
     def geometry(self) -> scaled.Geometry:
@@ -189,9 +198,11 @@ def own_bicycle(measurements: Asked, name: str, *, seed: int = 45) -> OwnBicycle
     plausible = [_vary_rider(scaled.with_rider(frame, rider), causes, rng) for frame in guess.draws(rng, LIMITS.draws)]
     crossings = [critical_speeds(Model(_make_bicycle(values)), LIMITS.fastest) for values in plausible]
     weave, capsize = (_band(nominal, crossings, mode) for mode in ("weave", "capsize"))
-    wobble = None
+    wobble, hinge = None, measurements.hinge
+    if hinge is not None:
+        hinge.effect_numbers(bicycle)  # refuses a bicycle that is unlike the racing frames of the figures
     if assumed_front(bicycle):
-        onsets = np.array([_onset(values, rng) for values in plausible[: LIMITS.wobble_draws]])
+        onsets = np.array([_onset(values, rng, hinge) for values in plausible[: LIMITS.wobble_draws]])
         wobbles = np.isfinite(onsets)
         ends = _ends(onsets) if wobbles.sum() >= LIMITS.fewest else (math.nan, math.nan)
         wobble = Band(math.nan, *ends, float(wobbles.mean()))
@@ -271,20 +282,25 @@ def _band(nominal: tuple[CriticalSpeed, ...], samples: list[tuple[CriticalSpeed,
     return Band(_speed(nominal, mode), *_ends(speeds), float(np.isfinite(speeds).mean()))
 
 
-def _onset(values: dict[str, float], rng: np.random.Generator) -> float:
-    """Find the first speed (m/s) of wobble, hands off, on a measured tyre with a sampled front frame; NaN without."""
+def _onset(values: dict[str, float], rng: np.random.Generator, published: FrontHinge | None) -> float:
+    """Find the first speed (m/s) of wobble, hands off, on a measured tyre with a sampled front frame; NaN without.
+
+    Stiffness and place of the hinge are drawn from their assumed ranges, or as ``published`` figures leave them open.
+    """
     bicycle, per_wheel = _make_bicycle(values), ("cornering_stiffness", "relaxation_length")
     condition: dict[str, Any] = {"tyre": LIMITS.tyre, "surface": None, "pressure_bar": LIMITS.bar, "extrapolate": True}
     tyres = joint_wheel_tyres(bicycle=bicycle, **condition).properties
     contact = {key: dict(zip(WHEELS, (getattr(tyre, key) for tyre in tyres), strict=True)) for key in per_wheel}
     sampled = (LIMITS.stiffness, LIMITS.damping_ratio, LIMITS.friction)
     stiffness, damping_ratio, friction = (math.exp(rng.uniform(*np.log(ends))) for ends in sampled)
-    height = rng.uniform(*LIMITS.height)
+    joint_z = -rng.uniform(*LIMITS.height)
+    joint_x = values["w"] + values["c"] + joint_z * math.tan(values["lam"])
+    if published is not None:
+        departure = rng.multivariate_normal((0.0, 0.0), published.covariance)
+        stiffness = published.stiffness * math.exp(departure[0])
+        joint_x, joint_z = hinge_at(values, published.height + departure[1])
     hinge = effect_class("front_compliance")(
-        stiffness=stiffness,
-        damping_ratio=damping_ratio,
-        joint_z=-height,
-        joint_x=values["w"] + values["c"] - height * math.tan(values["lam"]),
+        stiffness=stiffness, damping_ratio=damping_ratio, joint_x=joint_x, joint_z=joint_z
     )
     tyre, steering = effect_class("relaxation_length")(**contact), effect_class("steer_damper")(damping=friction)
     linear = Model(bicycle, (tyre, steering, hinge)).linear_model()
@@ -350,13 +366,15 @@ def file_text(guessed: OwnBicycle, measurements: Asked, command: str, model_file
     return render_file("studies.reporting", "own_bicycle.toml.j2", content, escaped=False)
 
 
-def model_text(guessed: OwnBicycle, bicycle_file: str, file: str) -> str:
+def model_text(guessed: OwnBicycle, measurements: Asked, bicycle_file: str, file: str) -> str:
     """Text of a model ``file``: the bicycle of ``bicycle_file`` on a measured tyre, with a flexible front frame.
 
     A bicycle unlike those whose front frames were measured has a rigid one.
 
-    Stiffness and damping of the front frame are left at their defaults, so that every command knows them as assumed.
+    Stiffness and damping of the front frame are left at their defaults, so that every command knows them as assumed;
+    with published figures its stiffness and place are those that follow.
     """
+    published, hinge = measurements.published, measurements.hinge
     bicycle, front = guessed.bicycle, assumed_front(guessed.bicycle)
     unmeasured = (
         [
@@ -379,5 +397,6 @@ def model_text(guessed: OwnBicycle, bicycle_file: str, file: str) -> str:
         "loads": bicycle.static_loads,
         "hinge": front and {"joint_x": front.hinge_x(bicycle.values), "joint_z": -front.joint_height},
         "unmeasured": unmeasured,
+        "published": hinge_tables(hinge, published, bicycle) if hinge and published else "",
     }
     return render_file("studies.reporting", "own_model.toml.j2", content, escaped=False)

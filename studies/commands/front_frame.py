@@ -1,18 +1,16 @@
 """``velotyre front-frame``: stiffness and hinge of the front frame, from measurements or from published figures."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.model_space.command_options import MASS, PATH, Number, stated
+from studies.front_frame.figure_options import stated_figures, takes_published_figures
+from studies.model_space.command_options import PATH
 from studies.reporting.command_context import example, verbose
 
 if TYPE_CHECKING:
     from studies.front_frame.published import FrontHinge, PublishedFigures
-
-FIGURES = {"head_tube": "--head-tube", "fork": "--fork", "ground_mm": "--ground-mm", "ground_kg": "--ground-kg"}
-"""Options with published figures, by their parameters."""
 
 
 @click.command(
@@ -27,56 +25,29 @@ FIGURES = {"head_tube": "--head-tube", "fork": "--fork", "ground_mm": "--ground-
 )
 @verbose
 @click.argument("file", metavar="[FILE]", type=PATH, required=False)
-@click.option(
-    "--head-tube",
-    type=Number(0, 1e6, above=True, unit="N m/deg"),
-    metavar="N_M_PER_DEG",
-    help="Stiffness of the head tube, N m/deg, rear dropouts clamped, head tube supported (TOUR).",
-)
-@click.option(
-    "--fork",
-    type=Number(0, 1e9, above=True, unit="N/mm"),
-    metavar="N_PER_MM",
-    help="Lateral stiffness of the fork, N/mm, at the dropouts; without it the interval is wider.",
-)
-@click.option(
-    "--ground-mm",
-    type=Number(0, 1e6, above=True, unit="mm"),
-    metavar="MM",
-    help="Deflection of frame and fork where the wheel meets the ground, mm (RoadBIKE); with --ground-kg.",
-)
-@click.option("--ground-kg", type=MASS, metavar="KG", help="Mass whose weight was hung there, kg.")
+@takes_published_figures
 @click.option("--bicycle", help="Bicycle: a packaged name or a file; needed for --out. [default: that of FILE]")
 @click.option("--out", metavar="FILE.toml", type=PATH, help="Model file to write, .toml.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 @click.option("--force", is_flag=True, help="Overwrite existing files.")
 def command(
-    file: Path | None,
-    head_tube: float | None,
-    fork: float | None,
-    ground_mm: float | None,
-    ground_kg: float | None,
-    bicycle: str | None,
-    out: Path | None,
-    json_file: str | None,
-    *,
-    force: bool,
+    file: Path | None, bicycle: str | None, out: Path | None, json_file: str | None, *, force: bool, **published: Any
 ) -> None:
-    from studies.front_frame.published import PublishedFigures, map_figures, read_map
+    from studies.front_frame.published import map_figures, read_map
     from studies.standing.front_file import report_front_file
     from tyre.ground.errors import InputError
 
-    options = [option for name, option in FIGURES.items() if stated(name)]
     if file is not None:
+        options = [f"--{name.replace('_', '-')}" for name, value in published.items() if value is not None]
         if options:
             raise InputError(f"{file} holds the measurements; leave out {', '.join(options)}")
         report_front_file(file, bicycle=bicycle, out=out, json_file=json_file, force=force)
         return
-    if not options:
+    figures = stated_figures(published)
+    if figures is None:
         raise InputError(
             "give published figures, --head-tube and --fork or --ground-mm and --ground-kg, or a FILE of measurements"
         )
-    figures = PublishedFigures(head_tube, fork, ground_mm, ground_kg)
     _report_published(map_figures(figures, read_map()), figures, bicycle, out, json_file, force=force)
 
 

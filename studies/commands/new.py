@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from studies.front_frame.figure_options import FIGURES, stated_figures, takes_published_figures
 from studies.model_space.command_options import (
     ANGLE,
     INERTIA,
@@ -30,6 +31,7 @@ NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
         "velotyre new model.toml",
         "velotyre new mine.toml --wheelbase 1.02 --trail 0.06 --head-angle 72.5 --wheel 28-622 --mass 9 "
         "--rider-height 1.80 --rider-mass 75 --posture hoods",
+        "velotyre new front.toml --bicycle pista_charlie_drops --head-tube 95 --fork 45",
     ),
 )
 @click.argument("target", metavar="FILE.toml", type=PATH)
@@ -71,10 +73,13 @@ NEEDED = ("wheelbase", "head_angle", "wheel", "mass")
 @click.option(
     "--front-wheel-inertia", type=INERTIA, help="Inertia of the front wheel about its axle, kg m^2; narrows the speeds."
 )
+@takes_published_figures
 @click.option("--force", is_flag=True, help="Overwrite an existing file.")
-def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **bicycle_data: Any) -> None:
+def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **data: Any) -> None:
     from bicycle.files.bicycle_files import available_bicycles, load_bicycle
     from bicycle.model.model_file import build_model
+    from studies.front_frame.hinge_report import hinge_tables
+    from studies.front_frame.published import map_figures, read_map
     from studies.model_space.model_example import example_model
     from studies.model_space.toml_target import near_to
     from tyre import read_tyre
@@ -86,17 +91,19 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
         raise InputError(f"{target}: a {kind} file ends in .toml; give for example {named}")
     if target.exists() and not force:
         raise InputError(f"{target} exists; give --force to overwrite it or another name")
+    published = {name: data.pop(name) for name in FIGURES}
+    figures = stated_figures(published)
     stated_options = [key for key in click.get_current_context().params if stated(key)]
-    describes_bicycle = bool(set(stated_options) & set(bicycle_data))
-    unused: tuple[str, ...] = {"model": (), "measurement": ("tyre",)}.get(kind, ("bicycle", "tyre"))
+    describes_bicycle = bool(set(stated_options) & set(data))
+    unused: tuple[str, ...] = {"model": (), "measurement": ("tyre", *FIGURES)}.get(kind, ("bicycle", "tyre", *FIGURES))
     why = f"is of a model file; leave it out with --kind {kind}"
     if describes_bicycle:
         unused, why = ("kind", "bicycle", "tyre"), "is not used for your own bicycle; leave it out"
     for option in unused:
         if option in stated_options:
-            raise InputError(f"--{option} {why}")
+            raise InputError(f"--{option.replace('_', '-')} {why}")
     if describes_bicycle:
-        _write_own_bicycle(target, bicycle_data, force=force)
+        _write_own_bicycle(target, data, published, force=force)
         return
     if kind == "sensors":
         _write_sensors(target)
@@ -108,15 +115,21 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
         _write_measurement(target, bicycle, force=force)
         return
     place = bicycle if packaged else near_to(bicycle, target)
-    text = example_model(load_bicycle(bicycle), read_tyre(tyre), file=target.name, place=place)
+    frame, tables = load_bicycle(bicycle), ""
+    if figures is not None:
+        tables = hinge_tables(map_figures(figures, read_map()), figures, frame)
+    text = example_model(frame, read_tyre(tyre), file=target.name, place=place, front_frame=tables)
     # refuses what does not run: a tyre far outside its tests, for example
     build_model(tomllib.loads(text), folder=target.parent)
     write_text(target, text)
     click.echo(f"{target}: {bicycle} on {tyre}; next: velotyre modes {quote(str(target))}")
 
 
-def _write_own_bicycle(target: Path, data: dict[str, Any], *, force: bool) -> None:
-    """Write a bicycle and its model; its owner gives ``data``, option -> value (SI, angles in degrees) or None."""
+def _write_own_bicycle(target: Path, data: dict[str, Any], published: dict[str, float | None], *, force: bool) -> None:
+    """Write a bicycle and its model; its owner gives ``data``, option -> value (SI, angles in degrees) or None.
+
+    ``published`` holds the figures of its front frame, option -> value as published or None.
+    """
     from studies.bicycles.own_bicycle import Asked, file_text, model_text, own_bicycle
     from tyre.ground.errors import InputError
     from tyre.ground.files import write_text
@@ -132,16 +145,16 @@ def _write_own_bicycle(target: Path, data: dict[str, Any], *, force: bool) -> No
             f"{model_target} exists, where the model of {target} is written; give --force to overwrite both or another "
             "name"
         )
-    description = Asked(**data)
+    description = Asked(**data, published=stated_figures(published))
     bicycle = own_bicycle(description, target.stem)
     options = []
-    for key, value in data.items():
+    for key, value in (data | published).items():
         if value is not None:
             text = ",".join(f"{number:g}" for number in value) if isinstance(value, tuple) else str(value)
             options.append(f"--{key.replace('_', '-')} {quote(text)}")
     text = file_text(bicycle, description, f"velotyre new {target.name} {' '.join(options)}", model_target.name)
     write_text(target, text)
-    write_text(model_target, model_text(bicycle, target.name, model_target.name))
+    write_text(model_target, model_text(bicycle, description, target.name, model_target.name))
     head = text.partition("\ndescription = ")[0].rstrip().splitlines()[3:]
     click.echo("\n".join(line.removeprefix("#").removeprefix(" ") for line in head))
     click.echo(f"{target} and {model_target}: next: velotyre critical {quote(str(model_target))}")

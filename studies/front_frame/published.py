@@ -19,7 +19,7 @@ import numpy as np
 from bicycle.parameters.bicycle import Bicycle
 from bicycle.parameters.front_hinge import hinge_at
 from bicycle.parameters.parameter_covariance import MODEL_FILE, ParameterCovariance
-from studies.main_study.settings import LIMITS
+from studies.main_study.settings import LIMITS, assumed_front
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.files import data_root, read_toml
@@ -118,11 +118,13 @@ class FrontHinge:
 
     def effect_numbers(self, bicycle: Bicycle) -> dict[str, float]:
         """Numbers (SI) of the effect front_compliance on a ``bicycle``; its damping is unknown and left out."""
-        low, high = LIMITS.wheel
-        if not low <= bicycle["rF"] <= high:
+        if assumed_front(bicycle) is None:
+            lengths = (("wheelbase", bicycle["w"], LIMITS.wheelbase), ("front wheel", bicycle["rF"], LIMITS.wheel))
+            wrong = [f"{name} {value:.3g} m" for name, value, (low, high) in lengths if not low <= value <= high]
             raise InputError(
-                f"bicycle {bicycle.name}: the front wheel has a radius of {bicycle['rF']:.3g} m; published figures are "
-                f"those of racing frames with wheels of {low:g} to {high:g} m, so their hinge does not apply"
+                f"bicycle {bicycle.name}: {', '.join(wrong)}; published figures are those of racing frames, wheelbase "
+                f"{LIMITS.wheelbase[0]:g} to {LIMITS.wheelbase[1]:g} m, radius of the front wheel {LIMITS.wheel[0]:g} "
+                f"to {LIMITS.wheel[1]:g} m: leave them out"
             )
         joint_x, joint_z = hinge_at(bicycle.values, self.height)
         return {"stiffness": self.stiffness, "joint_x": joint_x, "joint_z": joint_z}

@@ -13,10 +13,11 @@ from tyre.ground.errors import InputError
 from tyre.measured.properties import TyreSource, out_of_reach
 
 
-def example_model(bicycle: Bicycle, tyre: TyreSource, *, file: str, place: str = "") -> str:
+def example_model(bicycle: Bicycle, tyre: TyreSource, *, file: str, place: str = "", front_frame: str = "") -> str:
     """Write a model file that runs as it is, with every key explained and every effect to be switched on.
 
-    ``place`` is the packaged name of the bicycle (by default its own), or its file as found from the model file.
+    ``place`` is the packaged name of the bicycle (by default its own), or its file as found from the model file;
+    ``front_frame`` holds tables of a known front frame, which are switched on.
     """
     middle = float(tyre.pressures[tyre.pressures.size // 2])
     effects = registry()
@@ -30,6 +31,7 @@ def example_model(bicycle: Bicycle, tyre: TyreSource, *, file: str, place: str =
         "law": law,
         "tyre_keys": TYRE_KEYS,
         "far": any(out_of_reach(tyre, load=load, pressure=middle) for load in bicycle.static_loads),
+        "front_frame": front_frame,
         "laws": [e for e in effects.values() if e.slot == law.slot and e is not law and e.parameters],
         "others": [e for e in effects.values() if e.slot != law.slot],
     }

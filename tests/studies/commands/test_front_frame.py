@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import velotyre as vt
 from bicycle.files import load_bicycle
 from bicycle.model import read_model
 from bicycle.parameters import height_above_hub
+from studies.bicycles import own_bicycle
 from studies.main_study import settings_of
 
 PAIR = ("front-frame", "--head-tube", "95", "--fork", "45")
@@ -123,5 +125,57 @@ def test_a_file_is_not_overwritten_by_chance(printed, refused, tmp_path):
 def test_a_bicycle_with_small_wheels_is_refused():
     hinge = vt.front_frame(head_tube_N_m_per_deg=95, fork_N_per_mm=45)
     small = load_bicycle("pista").replace(rF=0.25)
-    with pytest.raises(vt.InputError, match="radius of 0.25 m"):
+    with pytest.raises(vt.InputError, match="front wheel 0.25 m; published figures"):
         hinge.effect_numbers(small)
+
+
+def test_a_new_model_holds_the_front_next_to_its_measured_tyre(printed, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    printed("new", "model.toml", "--bicycle", "pista_charlie_drops", "--head-tube", "95", "--fork", "45")
+    printed(*PAIR, "--bicycle", "pista_charlie_drops", "--out", "alone.toml")
+    model, alone = read_model("model.toml"), read_model("alone.toml")
+    for key in ("front_compliance.stiffness", "front_compliance.joint_x", "front_compliance.joint_z"):
+        assert model.parameters[key] == alone.parameters[key]
+        assert model.sd[key] == alone.sd[key]
+    assert any(key.startswith("relaxation_length") for key in model.sd)
+
+
+EIGHT = (
+    *("--wheelbase", "1.02", "--trail", "0.06", "--head-angle", "72.5", "--wheel", "28-622", "--mass", "9"),
+    *("--rider-mass", "75", "--rider-place", "0.42,1.06", "--rider-inertia", "7.5,8,2.7,0.9"),
+)
+
+
+def test_a_bicycle_of_ones_own_takes_the_figures_of_a_magazine(printed, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(own_bicycle, "LIMITS", replace(own_bicycle.LIMITS, draws=40, wobble_draws=40))
+    shown = [printed("new", f"{name}.toml", *EIGHT, *more) for name, more in
+             (("plain", ()), ("stiff", ("--head-tube", "140", "--fork", "80")),
+              ("soft", ("--ground-mm", "50", "--ground-kg", "20")))]  # fmt: skip
+    assert "front-frame compliance, both ASSUMED" in shown[0]
+    assert "front-frame stiffness by published figures" in shown[1]
+    chance = [int(text.partition("probability ")[2].partition(" %")[0]) for text in shown]
+    assert chance[2] > chance[1]
+    model = read_model("stiff_model.toml")
+    hinge = vt.front_frame(head_tube_N_m_per_deg=140, fork_N_per_mm=80)
+    assert model.parameters["front_compliance.stiffness"] == pytest.approx(hinge.stiffness, rel=1e-4)
+    assert "--head-tube 140" in (tmp_path / "stiff.toml").read_text(encoding="utf-8")
+    front = settings_of("stiff_model.toml").front
+    assert front.defaults == ("damping_ratio",)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--kind", "sensors", "--head-tube", "95"), "--head-tube is of a model file"),
+        (("--kind", "measurement", "--ground-mm", "30", "--ground-kg", "20"), "--ground-mm is of a model file"),
+        (("--bicycle", "pista", "--fork", "45"), "the fork alone says little"),
+        (
+            ("--wheelbase", "1.5", "--trail", "0.06", "--head-angle", "72", "--wheel", "28-622", "--mass", "19",
+             "--head-tube", "95"),
+            "wheelbase 1.5 m; published figures are those of racing frames",
+        ),
+    ],
+)  # fmt: skip
+def test_new_refuses_figures_that_do_not_apply(refused, tmp_path, options, words):
+    assert words in refused("new", str(tmp_path / "m.toml"), *options)
