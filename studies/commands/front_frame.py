@@ -34,10 +34,11 @@ def command(
     file: Path | None, bicycle: str | None, out: Path | None, json_file: str | None, *, force: bool, **published: Any
 ) -> None:
     from studies.front_frame.published import map_figures, read_map
-    from studies.standing.front_file import report_front_file
     from tyre.ground.errors import InputError
 
     if file is not None:
+        from studies.standing.front_file import report_front_file
+
         options = [f"--{name.replace('_', '-')}" for name, value in published.items() if value is not None]
         if options:
             raise InputError(f"{file} holds the measurements; leave out {', '.join(options)}")
