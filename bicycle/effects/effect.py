@@ -469,10 +469,15 @@ class SprungJoint(Effect):
         model.add_torque(joint, -self.stiffness * joint.angle - self.damping * joint.rate)
 
 
+SHARES = {"mass_share": {"mass"}, "inertia_share": {"Ixx", "Izz", "Ixz"}}
+"""Parameter of a moving body -> what it is a share of."""
+
+
 class MovingBody(SprungJoint):
     """A sprung joint that carries a body of a rider, which is taken out of what holds it.
 
-    ``mass`` (kg), mass centre ``x``, ``z`` (m) and the inertias ``Ixx``, ``Izz``, ``Ixz`` (kg m^2) about it.
+    ``mass`` (kg), mass centre ``x``, ``z`` (m) and the inertias ``Ixx``, ``Izz``, ``Ixz`` (kg m^2) about it. Where the
+    effect has the parameters ``mass_share`` and ``inertia_share``, the body has that share of mass and inertias.
     """
 
     mass: Any
@@ -482,10 +487,18 @@ class MovingBody(SprungJoint):
     Izz: Any
     Ixz: Any
 
+    def __init__(self, /, **values: Any) -> None:
+        declared = {p.name for p in self.parameters}
+        for share, keys in SHARES.items():
+            if share in declared and keys & values.keys():
+                values = {share: 1.0} | values  # a stated number is the body's own
+        super().__init__(**values)
+
     @property
-    def inertias(self) -> tuple[Any, Any, Any]:
-        """Ixx, Izz and Ixz (kg m^2) of the body, symbols inside ``apply``."""
-        return self.Ixx, self.Izz, self.Ixz
+    def moving(self) -> tuple[Any, Any, Any, Any]:
+        """Mass (kg), Ixx, Izz and Ixz (kg m^2) of the body, symbols inside ``apply``."""
+        of_mass, of_inertia = (getattr(self, share, 1) for share in SHARES)
+        return of_mass * self.mass, of_inertia * self.Ixx, of_inertia * self.Izz, of_inertia * self.Ixz
 
     def holder(self, bicycle: Mapping[str, float]) -> tuple[str, tuple[str, ...], tuple[float, ...]]:
         """What holds the body in words, keys and numbers of its mass, x, z, Ixx, Izz and Ixz."""
@@ -497,7 +510,7 @@ class MovingBody(SprungJoint):
         super().check(bicycle)
         where = f"effect {self.identifier!r}"
         body: Any = effect_of(type(self), self.values(bicycle))  # with the numbers of the bicycle where none was given
-        mass, x, z = body.mass, body.x, body.z
+        (mass, Ixx, Izz, Ixz), x, z = body.moving, body.x, body.z
         holder, keys, (whole, x_whole, z_whole, *whole_inertias) = self.holder(bicycle)
         if whole <= mass:
             raise InputError(
@@ -505,7 +518,7 @@ class MovingBody(SprungJoint):
                 f"moving body ({keys[0]} = {whole:g} kg)"
             )
         dx, dz, reduced = x_whole - x, z_whole - z, whole * mass / (whole - mass)
-        (xx, zz, xz), (Ixx, Izz, Ixz) = whole_inertias, body.inertias
+        xx, zz, xz = whole_inertias
         frame, inertia = np.array([[xx, xz], [xz, zz]]), np.array([[Ixx, Ixz], [Ixz, Izz]])
         rest = frame - inertia - reduced * np.array([[dz * dz, -dx * dz], [-dx * dz, dx * dx]])
         for part, tensor in (("the moving body", inertia), (f"what remains of the {holder}", rest)):
@@ -518,8 +531,9 @@ class MovingBody(SprungJoint):
 
     def move_body(self, model: ModelBuilder, name: str) -> None:
         """Take the body called ``name`` out of what holds a rider; a joint is to carry it."""
-        model.add_body(Body(name, self.mass, self.x, self.z, *self.inertias))
-        taken_out = (-self.mass, self.x, self.z, *(-inertia for inertia in self.inertias))
+        mass, *inertias = self.moving
+        model.add_body(Body(name, mass, self.x, self.z, *inertias))
+        taken_out = (-mass, self.x, self.z, *(-inertia for inertia in inertias))
         model.add_body(Body(f"{name} in the rear frame", *taken_out, fixed_to=model.rider_body))
 
 

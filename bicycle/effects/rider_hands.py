@@ -36,7 +36,7 @@ class RiderHands(Effect):
     def check(self, bicycle: Mapping[str, float]) -> None:
         """Refuse arms that the rear frame cannot contain in addition to the body of rider_saddle or rider_lean."""
         mover = "rider_saddle" if "rider_saddle.mass" in bicycle else "rider_lean"
-        moving = bicycle.get(f"{mover}.mass", 0.0)
+        moving = bicycle.get(f"{mover}.mass", 0.0) * bicycle.get(f"{mover}.mass_share", 1.0)
         remainder = bicycle["mB"] - moving - self.mass
         if remainder <= 0:
             of_body = f", of which {mover} takes {moving:g} kg" if moving else ""

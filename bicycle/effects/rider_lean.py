@@ -35,9 +35,9 @@ class RiderLean(MovingBody):
         if "rider_saddle.mass" not in bicycle:
             return super().holder(bicycle)
         keys = tuple(f"rider_saddle.{key}" for key in ("mass", "x", "z", "Ixx", "Izz", "Ixz"))
-        numbers = [bicycle[key] for key in keys]
-        inertias = (bicycle["rider_saddle.inertia_share"] * inertia for inertia in numbers[3:])
-        return "seated rider", keys, (*numbers[:3], *inertias)
+        mass, inertia = (bicycle[f"rider_saddle.{key}_share"] for key in ("mass", "inertia"))
+        shares = (mass, 1.0, 1.0, inertia, inertia, inertia)
+        return "seated rider", keys, tuple(share * bicycle[key] for share, key in zip(shares, keys, strict=True))
 
     def apply(self, model: ModelBuilder) -> None:
         self.move_body(model, "rider")

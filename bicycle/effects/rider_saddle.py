@@ -2,25 +2,32 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 from bicycle.effects.effect import ANY, Mode, MovingBody, Parameter
 from bicycle.equations.lateral import ModelBuilder
 
 ASSUMED = "assumed: five riders were shaken in yaw by Doria et al. (2012), but their values are not public"
-INERTIAS = ("Ixx", "Izz", "Ixz")
+PACKAGED = "packaged bicycles with and without rider: "
 
 
 class RiderSaddle(MovingBody):
     """The seated rider, taken out of the rear frame and put back on a sprung, damped hinge along z at the saddle.
 
-    The whole body turns, trunk and legs. Only its mass must be given: by default it has the mass centre of the rear
-    frame and ``inertia_share`` of its inertias. A model file may name the same bicycle without rider instead,
-    ``without_rider = "pista"``. ``damping_ratio``, of the body on its hinge with the frame held, may be given in place
-    of ``damping``. Arms (rider_arms, rider_hands) still hold to the rear frame. rider_saddle_roll lets the body roll.
+    The whole body turns, trunk and legs. By default it is a share of the rear frame, with its mass centre. A model file
+    may name the same bicycle without rider instead, ``without_rider = "pista"``. ``damping_ratio``, of the body on its
+    hinge with the frame held, may be given in place of ``damping``. Arms (rider_arms, rider_hands) still hold to the
+    rear frame. rider_saddle_roll lets the body roll.
     """
 
-    mass = Parameter("kg", "of the seated body", typical=(50.0, 100.0))
+    mass = Parameter("kg", "of the body", typical=(50.0, 100.0), default="mB")
+    mass_share = Parameter(
+        "1",
+        "of mass that is the rider's; 1 where mass is given",
+        bounds=(0.0, 1.0),
+        typical=(0.78, 0.98),
+        evidence=f"{PACKAGED}0.78 to 0.95",
+        default=0.93,
+    )
     x = Parameter("m", "mass centre", bounds=ANY, typical=(0.3, 0.5), default="xB")
     z = Parameter("m", "mass centre, z down", bounds=ANY, typical=(-1.15, -0.95), default="zB")
     Ixx = Parameter("kg m^2", "of use with rider_saddle_roll", typical=(6.0, 12.0), default="IBxx")
@@ -31,7 +38,7 @@ class RiderSaddle(MovingBody):
         "of Ixx, Izz and Ixz that is the rider's; 1 where one of them is given",
         bounds=(0.0, 1.0),
         typical=(0.5, 1.0),
-        evidence="packaged bicycles with and without rider: 0.53 to 0.92",
+        evidence=f"{PACKAGED}0.53 to 0.92",
         default=0.85,
     )
     joint_x = Parameter(
@@ -56,23 +63,14 @@ class RiderSaddle(MovingBody):
     family = "the rider's body"
     signature = "the frame yaws under the rider: wobble is slower and better damped; a rider mode at 2-15 Hz"
 
-    def __init__(self, /, **values: Any) -> None:
-        if any(key in values for key in INERTIAS):
-            values = {"inertia_share": 1.0} | values
-        super().__init__(**values)
-
-    @property
-    def inertias(self) -> tuple[Any, Any, Any]:
-        return self.inertia_share * self.Ixx, self.inertia_share * self.Izz, self.inertia_share * self.Ixz
-
     def carried_inertia(self, values: Mapping[str, float]) -> float:
         """Moment of inertia (kg m^2) of the seated body about the hinge, the rear frame held."""
-        return values["inertia_share"] * values["Izz"] + values["mass"] * (values["x"] - values["joint_x"]) ** 2
+        mass = values["mass_share"] * values["mass"]
+        return values["inertia_share"] * values["Izz"] + mass * (values["x"] - values["joint_x"]) ** 2
 
     def apply(self, model: ModelBuilder) -> None:
         self.move_body(model, "seated rider")
-        turn = model.add_joint(
-            self.identifier, axis=(0, 1), point=(self.joint_x, 0), carries={"seated rider"}, role="rider_yaw"
-        )
-        model.seat_rider(turn, "seated rider")
+        point, body = (self.joint_x, 0), "seated rider"
+        turn = model.add_joint(self.identifier, axis=(0, 1), point=point, carries={body}, role="rider_yaw")
+        model.seat_rider(turn, body)
         self.spring(model, turn)

@@ -45,11 +45,12 @@ def example_model(bicycle: Bicycle, tyre: TyreSource, *, file: str, place: str =
 
 
 def typical_values(effect: type[Effect], bicycle: Bicycle) -> dict[str, float] | None:
-    """Values to begin with, by the name of the parameter, in its unit: defaults, else typical ones."""
+    """Values to begin with, by the name of the parameter, in its unit: defaults, also of the bicycle, else typical."""
     law = effect_class("relaxation_length")
     tyred = Model(bicycle, law(**{p.name: _value(p, 0.5) for p in law.parameters}))
     for share in (0.5, 0.25, 0.0):
-        values = {p.name: _value(p, share) for p in effect.parameters}
+        tied = {p.name: bicycle[p.default] for p in effect.parameters if isinstance(p.default, str)}
+        values = {p.name: _value(p, share) for p in effect.parameters} | tied
         try:
             tyred.with_effect(effect(**values))
         except InputError:

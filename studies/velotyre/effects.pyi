@@ -718,15 +718,18 @@ class RiderPath(Effect):
 class RiderSaddle(Effect):
     """The seated rider, taken out of the rear frame and put back on a sprung, damped hinge along z at the saddle.
 
-    The whole body turns, trunk and legs. Only its mass must be given: by default it has the mass centre of the rear
-    frame and ``inertia_share`` of its inertias. A model file may name the same bicycle without rider instead,
-    ``without_rider = "pista"``. ``damping_ratio``, of the body on its hinge with the frame held, may be given in place
-    of ``damping``. Arms (rider_arms, rider_hands) still hold to the rear frame. rider_saddle_roll lets the body roll.
+    The whole body turns, trunk and legs. By default it is a share of the rear frame, with its mass centre. A model file
+    may name the same bicycle without rider instead, ``without_rider = "pista"``. ``damping_ratio``, of the body on its
+    hinge with the frame held, may be given in place of ``damping``. Arms (rider_arms, rider_hands) still hold to the
+    rear frame. rider_saddle_roll lets the body roll.
 
     Parameters
     ----------
-    mass : float, kg
-        Of the seated body; typical 50 .. 100, allowed 0 .. inf.
+    mass : float, kg, default mB of the bicycle
+        Of the body; typical 50 .. 100, allowed 0 .. inf.
+    mass_share : float, dimensionless, default 0.93
+        Of mass that is the rider's; 1 where mass is given; typical 0.78 .. 0.98 (packaged bicycles with and without
+        rider: 0.78 to 0.95), allowed 0 .. 1.
     x : float, m, default xB of the bicycle
         Mass centre; typical 0.3 .. 0.5, allowed any.
     z : float, m, default zB of the bicycle
@@ -755,6 +758,7 @@ class RiderSaddle(Effect):
     """
 
     mass: float
+    mass_share: float
     x: float
     z: float
     Ixx: float
@@ -767,7 +771,8 @@ class RiderSaddle(Effect):
     def __init__(
         self,
         *,
-        mass: float,
+        mass: float = ...,
+        mass_share: float = 0.93,
         x: float = ...,
         z: float = ...,
         Ixx: float = ...,

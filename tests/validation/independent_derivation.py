@@ -31,6 +31,7 @@ TARGETS = {
     "alone": 1e-9, "pairs": 1e-9, "triples": 1e-9, "order": 1e-10, "neutral": 1e-9, "neutral_limits": 1e-6,
 }  # fmt: skip
 HINGES = ("front_compliance", "rear_compliance", "fork_bending", "rider_lean", "rider_saddle", "rider_saddle_roll")
+CARRIERS = {"rider_control": "rider torque", "rider_saddle": "seated rider"}  # effect -> what others need of it
 OFF = {"rider_path": ("heading", "position"), "rider_steer_memory": ("gain",)}
 VANISHING: dict[str, Callable[[float], dict[str, float]]] = {
     "rider_hands": lambda size: {"mass": size, "stiffness": 0.0, "damping": 0.0},
@@ -64,8 +65,8 @@ def run(*, out: Path, seed: int, alone: int = 5, triples: int = 300) -> dict[str
                 continue
             errors["order"][key] = order_error(model, speed)
             for name in pair:
-                if name == "rider_control" and any("rider torque" in EFFECTS[other].requires for other in pair):
-                    continue  # its muscles give what the other one tells them
+                if name in CARRIERS and any(CARRIERS[name] in EFFECTS[other].requires for other in pair):
+                    continue  # muscles give what the other one tells them; the seat carries what rolls on it
                 kind = "neutral_limits" if name in VANISHING else "neutral"
                 errors[kind][f"{key}, {name} neutral"] = neutral_error(model, name, speed)
     while len(errors["triples"]) < triples:

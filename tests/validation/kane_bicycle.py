@@ -95,9 +95,10 @@ class KaneBicycle:
         for effect, carrier, held_by in (("rider_saddle", self.seat, "pitch"), ("rider_lean", "rider_lean", self.seat)):
             if effect in self.effects:
                 rider = {key: self.of(effect, key) for key in ("mass", "x", "z", "Ixx", "Izz", "Ixz")}
-                share = self.of("rider_saddle", "inertia_share") if effect == "rider_saddle" else 1.0
-                centre, inertia = _point(rider["x"], rider["z"]), share * self._inertia("I", rider)
-                moved.append((rider["mass"], centre, inertia, carrier, held_by))
+                mass, of_inertia = (self.p.get(f"{effect}.{key}_share", 1.0) for key in ("mass", "inertia"))
+                mass = mass * rider["mass"]
+                centre, inertia = _point(rider["x"], rider["z"]), of_inertia * self._inertia("I", rider)
+                moved.append((mass, centre, inertia, carrier, held_by))
         if "rider_hands" in self.effects:
             for side in (-1, 1):
                 hand = _point(self.of("rider_hands", "x"), self.of("rider_hands", "z"))

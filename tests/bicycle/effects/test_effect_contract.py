@@ -34,9 +34,10 @@ def bicycle() -> Bicycle:
 
 
 def draw(effect: type[Effect], share: float = 0.5, **changes: float) -> Effect:
-    """An effect with every parameter at a share of its typical range."""
+    """An effect with every parameter at a share of its typical range; a stated body is the rider's as a whole."""
     middle = {p.name: p.typical[0] + share * (p.typical[1] - p.typical[0]) for p in effect.parameters}
-    return effect(**(middle | changes))
+    whole = dict.fromkeys(middle.keys() & {"mass_share", "inertia_share"}, 1.0)
+    return effect(**(middle | whole | changes))
 
 
 def companions(effect: type[Effect], share: float = 0.5) -> tuple[Effect, ...]:

@@ -78,9 +78,8 @@ def test_every_effect_has_deviations_with_an_origin(identifier):
     others = [effect_class("relaxation_length")(cornering_stiffness=6000.0, relaxation_length=0.1)]
     if identifier in ("relaxation_length", "side_slip", "no_slip"):
         others = []
-    commands = {"motor command": "steer_assist", "rider torque": "rider_control"}
+    commands = {"motor command": "steer_assist", "rider torque": "rider_control", "seated rider": "rider_saddle"}
     others += [effect_class(commands[need])() for need in kind.requires if need in commands]
-    others += [effect_class("rider_saddle")(mass=70.0) for need in kind.requires if need == "seated rider"]
     effect = kind(**middle) if identifier != "rider_lean" else RIDER
     found = standard_deviations(Model(load_bicycle("benchmark"), (*others, effect)))
     assert {d.origin for d in found.values()} <= set(ORIGINS)
