@@ -29,6 +29,8 @@ FORK_LENGTH = 0.2
 """Assumed height (m) of the fork's joint above the hub; wobble hardly depends on it."""
 ASSUMED_HEIGHT = (0.35, 0.1)
 """Height of the hinge above the hub and its sd (m), assumed where the readings leave it open."""
+OPEN = 0.8
+"""Share of a prior's sd above which the readings leave a number open."""
 POOR = 5e-3
 """Probability of chi^2 below which a hypothesis does not fit."""
 ROUNDS = 4  # of a fit, each with the noise about the end of the one before
@@ -53,6 +55,8 @@ class Unknown:
 
 STIFFNESS = Unknown("log_stiffness", math.log(50.0), math.log(1e7), 1e-4)  # N m/rad
 HEIGHT = Unknown("height", -2.0, 20.0, 1e-5)  # m above the hub
+SWAY_HEIGHT = replace(HEIGHT, prior=(1.35, 1.0))  # in beam frames 1.07 to 1.95 m, the fork's joint at FORK_LENGTH
+USUAL_HEIGHT = replace(HEIGHT, prior=(0.35, 0.15))
 TIME = Unknown("log_time", math.log(1e-6), math.log(1.0), 1e-4)  # s
 FORK_STIFFNESS = Unknown("log_fork_stiffness", math.log(50.0), math.log(1e7), 1e-4)  # N m/rad
 ROTATION = Unknown("log_rotation", math.log(50.0), math.log(1e7), 1e-4, (math.log(1e4), 1.5))  # N m/rad
@@ -91,15 +95,15 @@ ONE_ROWS = [(2000.0, 0.3), (8000.0, 0.3), (4000.0, 0.6), (15000.0, 1.1)]
 ONE_HINGE = Hypothesis("one hinge", (STIFFNESS, HEIGHT), _starts(ONE_ROWS, ("log_stiffness", "height")))
 TWO_JOINTS = Hypothesis(
     "two joints",
-    (STIFFNESS, HEIGHT, FORK_STIFFNESS),
+    (STIFFNESS, SWAY_HEIGHT, FORK_STIFFNESS),
     _starts(
-        [(15000.0, 1.0, 5000.0), (5000.0, 0.4, 8000.0), (40000.0, 2.0, 4000.0), (8000.0, 0.6, 20000.0)],
+        [(15000.0, 1.0, 5000.0), (5000.0, 0.6, 8000.0), (40000.0, 1.8, 4000.0)],
         ("log_stiffness", "height", "log_fork_stiffness"),
     ),
 )
 NOT_HELD = Hypothesis(
     "the frame was not held",
-    (STIFFNESS, HEIGHT, ROTATION, LATERAL, HOLD_SHARE, HOLD_HEIGHT),
+    (STIFFNESS, USUAL_HEIGHT, ROTATION, LATERAL, HOLD_SHARE, HOLD_HEIGHT),
     _starts(
         [
             (2000.0, 0.3, 1e4, 2e5, 0.4, 0.5),
@@ -131,6 +135,12 @@ class FrontFit:
     def goodness(self) -> float:
         """P(chi^2 larger); NaN if there is nothing to be checked."""
         return float(chdtrc(self.freedom, self.chi2)) if self.freedom > 0 else math.nan
+
+    @property
+    def height_open(self) -> bool:
+        """True if the height of the hinge is hardly better known than before."""
+        prior = next(u for u in self.hypothesis.unknowns if u.name == HEIGHT.name).prior
+        return self.height_assumed or self.height[1] > OPEN * prior[1]
 
     @property
     def fits(self) -> bool:
@@ -308,11 +318,13 @@ def fit_front(
     count = len(problem.data[0])
     if count < len(unknowns) - 1:
         raise InputError(f"{count} numbers were read, too few for {hypothesis.name}; add readings at another place")
-    guided = replace(problem, hypothesis=_with_prior(hypothesis))
-    best = _solve_all(guided)
-    if best[0].height[1] > 0.5 * ASSUMED_HEIGHT[1]:
-        return replace(best[0], height_assumed=True, freedom=best[0].freedom + 1)
-    best = _solve_all(problem, () if hypothesis.forked else [fit.theta for fit in best])
+    if HEIGHT not in hypothesis.unknowns:
+        best = _solve_all(problem)
+        return replace(best[0], others=tuple(best[1:]))
+    guided = _solve_all(replace(problem, hypothesis=_with_prior(hypothesis)))
+    if guided[0].height[1] > OPEN * ASSUMED_HEIGHT[1]:
+        return replace(guided[0], height_assumed=True)
+    best = _solve_all(problem, [fit.theta for fit in guided])
     return replace(best[0], others=tuple(best[1:]))
 
 

@@ -120,7 +120,7 @@ def measure_front(readings: Readings, model: Model, stated_sd: Mapping[str, floa
         outcome = Outcome.TWO_ANSWERS if two_answers else Outcome.ONE_HINGE
         return FrontResult(readings, outcome, fits, motion)
     two = attempt(TWO_JOINTS)
-    if two is not None and two.fits and two.freedom >= 0 and not two.height_assumed:
+    if two is not None and two.fits and not two.height_open:
         return FrontResult(readings, Outcome.TWO_JOINTS, fits, motion)
     if one is not None and one.fits:
         return FrontResult(readings, Outcome.ODD_HINGE, fits, motion)

@@ -2,7 +2,8 @@
 
 Bicycles without a rider; their true numbers differ from those of their files by the stated errors. Gauges, weights,
 places and sensors have the errors that :class:`bicycle.standing.Errors` states. Counted are: the bias of stiffness and
-damping, intervals that hold the truth, holds that give way and are named, and holds named in vain.
+damping, intervals that hold the truth, holds that give way and are named, holds named in vain, and the wobble of fronts
+that sway.
 """
 
 import json
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from tests.validation.standing_bench import Stand, perturbed
+from tests.validation.standing_sway import sway, sway_summary
 
 BICYCLES = ("browser", "crescendo", "fisher", "pista")
 STEM, GROUND, HEAD = 0.6, -0.31, 0.55  # m above the hub
@@ -181,18 +183,22 @@ def support(seed: int) -> list[dict[str, Any]]:
     return rows
 
 
-def run(*, out: Path, seed: int, fronts: int = 200, holds: int = 100, workers: int = 2) -> dict[str, Any]:
-    """Measure a number of ``fronts`` in five ways, and of ``holds`` in three; every case goes to a file."""
+def run(
+    *, out: Path, seed: int, fronts: int = 200, holds: int = 100, sways: int = 100, workers: int = 2
+) -> dict[str, Any]:
+    """Measure ``fronts`` in five ways, ``holds`` in three, ``sways`` by taps; every case goes to a file."""
     from bicycle.effects import model_workers
 
     with model_workers(workers) as pool:
         hinges = [row for rows in pool.map(one_hinge, range(seed, seed + fronts)) for row in rows]
         loose = [row for rows in pool.map(support, range(seed, seed + holds)) for row in rows]
-    lines = "".join(json.dumps(row) + "\n" for row in [*hinges, *loose])
+        swaying = list(pool.map(sway, range(seed, seed + sways)))
+    lines = "".join(json.dumps(row) + "\n" for row in [*hinges, *loose, *swaying])
     (out / "standing_cases.jsonl").write_text(lines, encoding="utf-8")
     return {
         "one hinge": {name: summary([row for row in hinges if row["set"] == name]) for name in SETS},
         "hold": hold_summary(loose),
+        "two joints": sway_summary(swaying),
     }
 
 

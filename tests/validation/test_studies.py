@@ -23,6 +23,7 @@ TINY = {
     "pull-shapes": "--seed 7 --draws 1 --workers 1",
     "published-front-figures": "--seed 5 --frames 6 --fresh 3",
     "repeats": "--seed 5 --campaigns 20",
+    "standing": "--seed 3 --fronts 1 --holds 0 --sways 1 --workers 1",
     "rig-coverage": "--seed 99 --campaigns 1 --jobs 1",
 }
 SLOW = {"benchmark", "credit", "damaged-inputs", "every-bicycle", "field-cases", "foreign-rig", "free-decays"}
