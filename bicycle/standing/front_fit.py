@@ -316,8 +316,11 @@ def fit_front(
     problem = _problem(readings.merge_alike(), model, hypothesis, stated_sd or {})
     unknowns = [u for u in hypothesis.unknowns if math.isinf(u.prior[1])]
     count = len(problem.data[0])
-    if count < len(unknowns) - 1:
-        raise InputError(f"{count} numbers were read, too few for {hypothesis.name}; add readings at another place")
+    least = len(unknowns) - 1 if HEIGHT in unknowns else len(unknowns)  # that height may be assumed
+    if count < least:
+        raise InputError(
+            f"{hypothesis.name} needs {least} numbers, and {count} were read; add readings at another place"
+        )
     if HEIGHT not in hypothesis.unknowns:
         best = _solve_all(problem)
         return replace(best[0], others=tuple(best[1:]))

@@ -137,7 +137,7 @@ def test_two_joints_have_the_time_of_damping_in_common():
 def test_nothing_and_too_little_are_refused():
     with pytest.raises(InputError, match="nothing was read: give deflections under a load, or taps"):
         measure_front(Readings(), Model(PISTA))
-    with pytest.raises(InputError, match="1 numbers were read, too few for two joints"):
+    with pytest.raises(InputError, match="two joints needs 2 numbers, and 1 were read; add readings"):
         fit_front(Readings((deflection(RIM, HUB),)), Model(PISTA), TWO_JOINTS)
 
 
