@@ -25,7 +25,15 @@ __getattr__, __dir__ = room(
             "inertia_coordinates",
             "is_rod",
         ),
-        "front_hinge": ("FRONT", "critical_damping", "front_inertia", "height_above_hub", "hinge_at"),
+        "front_hinge": (
+            "FRONT",
+            "critical_damping",
+            "front_inertia",
+            "front_line",
+            "front_words",
+            "height_above_hub",
+            "hinge_at",
+        ),
         "rigid_bodies": ("Body",),
     },
 )

@@ -56,3 +56,43 @@ def height_above_hub(p: Mapping[str, float], joint_z: float) -> float:
     """Find the height (m) of a hinge at ``joint_z`` (m, down) above the front hub, along the steer axis."""
     sine, cosine = math.sin(p["lam"]), math.cos(p["lam"])
     return -joint_z / cosine - p["c"] * sine - p["rF"] * cosine
+
+
+def front_words(parameters: Mapping[str, float]) -> dict[str, str]:
+    """Say what place and damping of a model's front hinges mean on its bicycle.
+
+    Parameters
+    ----------
+    parameters : mapping
+        Parameters of a model, SI: keys of the bicycle, and ``effect.name``.
+
+    Returns
+    -------
+    dict
+        ``front_compliance.joint_z``: its height above the front hub; ``front_compliance.damping`` and
+        ``fork_bending.damping``: the damping ratio, all else held. Those that the model has.
+    """
+    words = {}
+    if "front_compliance.stiffness" in parameters:
+        place = {name: parameters[f"front_compliance.{name}"] for name in ("joint_x", "joint_z", "axis_tilt")}
+        height = height_above_hub(parameters, place["joint_z"])
+        words["front_compliance.joint_z"] = f"{height:.2f} m above the front hub"
+        words |= _damping_words(parameters, "front_compliance", front_inertia(parameters, **place))
+    if "fork_bending.stiffness" in parameters:
+        wheel = parameters["IFxx"] + parameters["mF"] * parameters["fork_bending.length"] ** 2
+        words |= _damping_words(parameters, "fork_bending", wheel)
+    return words
+
+
+def _damping_words(parameters: Mapping[str, float], effect: str, inertia: float) -> dict[str, str]:
+    """Damping ratio of an ``effect`` that carries ``inertia`` (kg m^2); nothing for a rigid or slack joint."""
+    critical = critical_damping(parameters[f"{effect}.stiffness"], inertia)
+    if not 0 < critical < math.inf:
+        return {}
+    return {f"{effect}.damping": f"damping ratio {parameters[f'{effect}.damping'] / critical:.2g}"}
+
+
+def front_line(parameters: Mapping[str, float]) -> str:
+    """Join :func:`front_words` of the ``parameters`` (SI) of a model in one line; empty without a front hinge."""
+    words = front_words(parameters)
+    return "; ".join(f"{key}: {text}" for key, text in words.items())

@@ -16,7 +16,7 @@ from bicycle.model.default_sd import DEFAULTS
 from bicycle.model.model import Model
 from bicycle.model.wheel_tyres import joint_wheel_tyres
 from bicycle.parameters.bicycle import UNITS, Bicycle, doubts_about
-from bicycle.parameters.front_hinge import hinge_at
+from bicycle.parameters.front_hinge import height_above_hub, hinge_at
 from bicycle.rider.rider_body import RigidBody
 from bicycle.stability.critical import DESTABILISING, STABILISING, CriticalSpeed, critical_speeds
 from bicycle.stability.propagation import critical_speed_gradients, model_covariance, standard_deviation
@@ -395,7 +395,12 @@ def model_text(guessed: OwnBicycle, measurements: Asked, bicycle_file: str, file
         "file": file,
         "limits": LIMITS,
         "loads": bicycle.static_loads,
-        "hinge": front and {"joint_x": front.hinge_x(bicycle.values), "joint_z": -front.joint_height},
+        "hinge": front
+        and {
+            "joint_x": front.hinge_x(bicycle.values),
+            "joint_z": -front.joint_height,
+            "height": height_above_hub(bicycle.values, -front.joint_height),
+        },
         "unmeasured": unmeasured,
         "published": hinge_tables(hinge, published, bicycle) if hinge and published else "",
     }

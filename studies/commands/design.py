@@ -80,7 +80,9 @@ def command(
     *,
     assume: bool,
 ) -> None:
+    from bicycle.model.model_file import build_model
     from bicycle.parameters.bicycle import canonical
+    from bicycle.parameters.front_hinge import front_line
     from studies import design as designs
     from studies.model_space.axes import numbers_by_name, ranges_by_name
     from studies.reporting.output import check_targets, print_exchanges, print_table, print_warnings, write_json
@@ -114,6 +116,8 @@ def command(
     if json_file != "-":
         print_table(designs.rows(design), designs.HEADERS)
         notes = [f"added: [effects.{name}], initially neutral" for name in added]
+        if front := front_line(build_model(design.content).parameters):
+            notes.append(f"in the design {front}")
         click.echo("\n".join([*designs.lines(design), *notes]))
         if design.after.kept:
             click.echo(f"written: {out}")

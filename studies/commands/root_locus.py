@@ -10,7 +10,7 @@ from studies.model_space.model_argument import ChosenModel, takes_model
 from studies.reporting.command_context import example
 
 if TYPE_CHECKING:
-    from studies.motion.locus import RootLocus
+    from studies.motion.locus import ParameterPath, RootLocus
     from tyre.ground.arrays import Array
 
 
@@ -77,7 +77,7 @@ def command(
         record = {"parameter": parameter, "unit": path.axis.unit, "speed_m_s": speed, "crossings": crossings}
         write_json(record | {"unstable_throughout": list(locus.unstable_throughout)}, json_file)
     if json_file != "-":
-        _print_crossings(locus, values, path.axis.unit, parameter)
+        _print_crossings(locus, values, path, parameter)
         notes = []
         if not locus.measured.all():
             share = "part" if locus.measured.any() else "all"
@@ -85,15 +85,21 @@ def command(
         print_warnings([*model.linear_model().warnings, *notes])
 
 
-def _print_crossings(locus: "RootLocus", values: "Array", unit: str, parameter: str) -> None:
-    """Print where a mode becomes stable or unstable over ``values`` in ``unit``, and modes unstable at all of them."""
+def _print_crossings(locus: "RootLocus", values: "Array", path: "ParameterPath", parameter: str) -> None:
+    """Print where a mode becomes stable or unstable over ``values`` of a path, and modes unstable at all of them."""
+    from bicycle.parameters.front_hinge import front_words
     from studies.reporting.output import print_table
 
+    unit = path.axis.unit
     rows = []
     for crossing in locus.crossings:
         effect = "destabilising" if crossing.destabilising else "stabilising"
         reliability = "extrapolated" if crossing.extrapolated else ""
-        rows.append([f"{crossing.value:.6g}", crossing.mode, crossing.frequency_hz, effect, reliability])
+        words = front_words(path.model_and_speed(crossing.value)[0].parameters).get(parameter)
+        value = f"{crossing.value:.6g}"
+        if words:
+            value += f" ({words})"
+        rows.append([value, crossing.mode, crossing.frequency_hz, effect, reliability])
     if rows:
         print_table(rows, [f"{parameter} {unit}", "mode", "frequency Hz", "with increasing value", "tyre values"])
     else:

@@ -35,6 +35,7 @@ def command(
     from pathlib import Path
 
     from bicycle.model.eigen import damping_ratio, frequency_hz
+    from bicycle.parameters.front_hinge import front_line
     from studies.model_space.axes import numbers_by_name
     from studies.model_space.ranking import draw_tornado, rank, record
     from studies.reporting.manifest import results
@@ -73,6 +74,8 @@ def command(
         print_table(
             rows, ["parameter", "value", "unit", "sd", "sd from", "growth 1/s", "frequency Hz", *critical_headers]
         )
+        if front := front_line(model.parameters):
+            click.echo(front)
         how = "with their correlations" if ranking.correlated else "independent"
         click.echo(f"all {len(ranking.changes)} parameters together: {ranking.total:.4g} 1/s ({how})")
         if ranking.correlated:

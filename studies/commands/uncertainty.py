@@ -132,6 +132,7 @@ def command(
 
 def _print(uncertainty: "Uncertainty", quantities: "Sequence[Quantity]", notes: list[str]) -> None:
     """Print the quantities, notes, shares of the linear variance, and what is treated as exact or assumed."""
+    from bicycle.parameters.front_hinge import front_line
     from studies.reporting.output import print_table
     from studies.uncertainty import describe_assumptions
 
@@ -148,6 +149,8 @@ def _print(uncertainty: "Uncertainty", quantities: "Sequence[Quantity]", notes: 
         _print_joint_measurement(uncertainty, measurement, names, quantities)
     for paragraph in describe_assumptions(uncertainty):
         click.echo(f"\n{paragraph}")
+    if front := front_line(uncertainty.nominal.parameters):
+        click.echo(front)
 
 
 def _print_shares(uncertainty: "UncertainModel", quantities: "Sequence[Quantity]") -> None:

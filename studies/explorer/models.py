@@ -15,6 +15,7 @@ from bicycle.model.model_file import build_model
 from bicycle.model.state_space import LinearModel
 from bicycle.motion.limit_cycles import find_limit_cycles
 from bicycle.parameters.bicycle import Bicycle
+from bicycle.parameters.front_hinge import front_line
 from bicycle.stability.critical import CriticalSpeed, critical_speeds
 from bicycle.stability.named_modes import Modes, modes
 from bicycle.stability.propagation import mode_sd, model_covariance
@@ -79,6 +80,8 @@ def compute_modes(state: State) -> Computed:
     """Compute model, modes and critical speeds of a state."""
     model, linear = _build_linear(state)
     notes = tuple(TYRES.in_words(str(note)) for note in linear.warnings)
+    if front := front_line(model.parameters):
+        notes = (front, *notes)
     named = modes(linear, np.linspace(state.slow, state.fast, POINTS))
     return Computed(model, linear, named, critical_speeds(linear, max_speed=state.fast), notes)
 

@@ -8,6 +8,7 @@ from bicycle.effects.effect_registry import effect_class, registry
 from bicycle.model.model import Model
 from bicycle.model.wheel_tyres import TYRE_KEYS
 from bicycle.parameters.bicycle import Bicycle
+from bicycle.parameters.front_hinge import front_words
 from studies.reporting.markdown_text import render_file
 from tyre.ground.errors import InputError
 from tyre.measured.properties import TyreSource, out_of_reach
@@ -39,9 +40,19 @@ def example_model(bicycle: Bicycle, tyre: TyreSource, *, file: str, place: str =
         "about": lambda effect: wrap(effect.description.split("\n\n")[0], 116),
         "sentence": sentence,
         "values": lambda effect: typical_values(effect, bicycle),
+        "front_words": lambda effect: _front_words(effect, bicycle),
         "first": lambda p: _value(p, 0.5),
     }
     return render_file("studies.reporting", "model.toml.j2", content, escaped=False, filters=filters)
+
+
+def _front_words(effect: type[Effect], bicycle: Bicycle) -> dict[str, str]:
+    """Say what the example's numbers of a front hinge mean, by the name of the parameter."""
+    values = typical_values(effect, bicycle)
+    if values is None:
+        return {}
+    parameters = {**bicycle.values, **effect(**values).values(bicycle.values)}
+    return {key.rpartition(".")[2]: text for key, text in front_words(parameters).items()}
 
 
 def typical_values(effect: type[Effect], bicycle: Bicycle) -> dict[str, float] | None:
