@@ -73,12 +73,13 @@ def front_words(parameters: Mapping[str, float]) -> dict[str, str]:
         ``fork_bending.damping``: the damping ratio, all else held. Those that the model has.
     """
     words = {}
-    if "front_compliance.stiffness" in parameters:
-        place = {name: parameters[f"front_compliance.{name}"] for name in ("joint_x", "joint_z", "axis_tilt")}
+    if {f"front_compliance.{name}" for name in ("stiffness", "damping", "joint_x", "joint_z")} <= parameters.keys():
+        place = {name: parameters[f"front_compliance.{name}"] for name in ("joint_x", "joint_z")}
+        place["axis_tilt"] = parameters.get("front_compliance.axis_tilt", parameters["lam"])
         height = height_above_hub(parameters, place["joint_z"])
         words["front_compliance.joint_z"] = f"{height:.2f} m above the front hub"
         words |= _damping_words(parameters, "front_compliance", front_inertia(parameters, **place))
-    if "fork_bending.stiffness" in parameters:
+    if {f"fork_bending.{name}" for name in ("stiffness", "damping", "length")} <= parameters.keys():
         wheel = parameters["IFxx"] + parameters["mF"] * parameters["fork_bending.length"] ** 2
         words |= _damping_words(parameters, "fork_bending", wheel)
     return words

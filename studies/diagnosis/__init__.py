@@ -16,7 +16,7 @@ FILES = {
     "labels": ("fate", "listed", "misfit", "number", "probability", "said", "sentence", "term_name", "titles"),
     "measurement_file": ("available_measurements", "example_measurement", "packaged_measurement"),
     "mistakes": ("delay_error", "gain_error", "speed_errors"), "modal": ("Modal", "ModalPoint"),
-    "report": ("draw_all", "model_files", "page", "record", "terminal", "write_report"),
+    "report": ("draw_all", "model_files", "named_rows", "page", "record", "terminal", "write_report"),
     "residual": ("PAIRS", "Residual", "Selector", "SpeedScale", "candidate", "fit_residual", "keys", "term_names"),
     "rig_numbers": ("RigNumbers",), "rig_recordings": ("RigRecordings",), "rig_reference": ("Curve", "Reference"),
     "spectra": ("responses_of_runs",), "steer_spline": ("SteerSpline", "torque_jumps"),

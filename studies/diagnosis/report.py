@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from bicycle.model.model import Model
+from bicycle.parameters.front_hinge import front_words
+from bicycle.parameters.parameter_covariance import ParameterKey
 from studies.diagnosis.corrected_model import Corrected, corrected
 from studies.diagnosis.correction import correction
 from studies.diagnosis.diagnose import Diagnosis
@@ -142,15 +145,26 @@ def named_rows(judgement: Judgement) -> list[list[str]]:
     for e in judgement.verdict.effects:
         if not e.parameters:
             table.append([e.identifier, "-", without_number(candidates[e.identifier]), "-", e.signature])
+        words = _front_words(judgement.kind.model, e)
         for k, (name, (value, sd)) in enumerate(e.parameters.items()):
-            unit = unit_of(e.units.get(name, "1"))
+            plain = unit_of(e.units.get(name, "1"))
+            unit = f"{plain} ({words[name]})" if name in words else plain
             sized = (
-                [f"{number(value, 4)}{unit}", f"± {number(sd, 2)}{unit}"]
+                [f"{number(value, 4)}{unit}", f"± {number(sd, 2)}{plain}"]
                 if sd < abs(value)
                 else ["not determined", "-"]
             )
             table.append([e.identifier if not k else "", name, *sized, e.signature if not k else ""])
     return table
+
+
+def _front_words(model: Model | None, named: Named) -> dict[str, str]:
+    """Say what the fitted place and damping of a ``named`` front hinge mean on the bicycle of ``model``."""
+    if model is None:
+        return {}
+    fitted = {f"{named.identifier}.{name}": value for name, (value, _) in named.parameters.items()}
+    words = front_words({**model.bicycle.values, **fitted})
+    return {ParameterKey.parse(key).name: text for key, text in words.items()}
 
 
 def predictors(judgement: Judgement, predictions: tuple[Predicted, ...]) -> dict[str, str]:

@@ -50,4 +50,8 @@ def test_the_counts_of_the_page_are_those_of_the_validation():
     low, _, high = summary["sway"]
     assert f"is {low:.2f} to {high:.2f}" in text
     assert summary["map"]["frames"] == 45
+    low, middle, high = (100 * (ratio - 1) for ratio in summary["fork_clamped_over_in_bearings"])
+    assert f"{low:.0f} to {high:.0f} % stiffer, {middle:.0f} % in the median" in text
+    softer = front_frame(head_tube_N_m_per_deg=95, fork_N_per_mm=45 / (1 + middle / 100))
+    assert f"{softer.stiffness:.0f} N m/rad in place of 3190" in text
     assert pytest.approx(summary["map"]["figure_sd"]) == 0.03

@@ -459,6 +459,14 @@ def fork_figure(front: Front) -> float:
     return 1e-3 / float(row @ np.linalg.solve(beams.matrix(), row))
 
 
+def clamped_fork_figure(front: Front) -> float:
+    """The same with the steerer clamped from the lower bearing up, so that it does not bend, N/mm."""
+    beams = whole_bicycle(front, CLAMPED_HEAD)
+    beams.hold("lower", [RIGID] * 6)
+    row = _on_node(beams, "hub", beams.places[beams.names["hub"]])
+    return 1e-3 / float(row @ np.linalg.solve(beams.matrix(), row))
+
+
 def ground_figure(front: Front) -> float:
     """RoadBIKE's stiffness (N/mm) of frame and fork at the point where the wheel touches the ground.
 

@@ -15,6 +15,7 @@ import tomli_w
 from studies.front_frame import PublishedFigures, map_figures, map_of
 from tests.validation.beam_front import (
     Front,
+    clamped_fork_figure,
     draw_front,
     fork_compliance,
     fork_figure,
@@ -39,7 +40,8 @@ def measure(front: Front) -> dict[str, float]:
     whole, frame, fork = hub_compliance(front), frame_compliance(front), fork_compliance(front)
     return {
         "head_tube": head_tube_figure(front), "fork": fork_figure(front), "ground": ground_figure(front),
-        "stiffness": whole.stiffness, "height": whole.pivot, "sway": whole.sway, "wheel": front.wheel,
+        "stiffness": whole.stiffness, "height": whole.pivot, "sway": whole.sway,
+        "wheel": front.wheel, "clamped_fork": clamped_fork_figure(front),
         "frame_stiffness": frame.stiffness, "frame_height": frame.pivot,
         "fork_stiffness": fork.stiffness, "fork_height": fork.pivot,
     }  # fmt: skip
@@ -155,5 +157,11 @@ def run(*, out: Path, seed: int, frames: int = 45, fresh: int = 100) -> dict[str
     return {
         "map": content,
         "fresh": {method: judge(fronts, content, method, rng) for method in METHODS},
-        "sway": [round(float(share), 3) for share in np.quantile(fronts["sway"], [0.05, 0.5, 0.95])],
+        "sway": middle_and_ends(fronts["sway"]),
+        "fork_clamped_over_in_bearings": middle_and_ends(fronts["clamped_fork"] / fronts["fork"]),
     }
+
+
+def middle_and_ends(values: Any) -> list[float]:
+    """The 5, 50 and 95 % quantiles."""
+    return [round(float(value), 3) for value in np.quantile(values, [0.05, 0.5, 0.95])]
