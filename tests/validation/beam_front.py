@@ -43,6 +43,7 @@ STEERER, POST = (0.0286, 0.002), (0.0272, 0.002)  # m, outer diameter and wall
 SHEAR = 0.385  # of the modulus
 HEAD_TUBE_RANGE = (61.0, 143.0)  # N m/deg, figures of the drawn frames
 FORK_RANGE = (29.0, 83.0)  # N/mm, of the drawn forks
+WHEEL_RANGE = (0.330, 0.345)  # m, radius of their front wheels
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,7 @@ def draw_front(rng: np.random.Generator) -> Front:
         chain_stay=between(0.400, 0.425),
         seat_tube=between(0.46, 0.58),
         seat_post=between(0.05, 0.22),
-        wheel=between(0.330, 0.345),
+        wheel=between(*WHEEL_RANGE),
         tubes={
             "head": tube(0.036),
             "top": tube(0.028),

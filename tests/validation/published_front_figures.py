@@ -14,6 +14,9 @@ import tomli_w
 
 from studies.front_frame import PublishedFigures, map_figures, map_of
 from tests.validation.beam_front import (
+    FORK_RANGE,
+    HEAD_TUBE_RANGE,
+    WHEEL_RANGE,
     Front,
     clamped_fork_figure,
     draw_front,
@@ -30,7 +33,6 @@ from tyre.ground import write_text
 FIGURE_SD = 0.03  # relative, assumed: two laboratories, two specimens
 MODEL_SD, MODEL_HEIGHT_SD = 0.05, 0.02  # of ln stiffness and m, assumed: no beam model was checked on a real front
 FORK_AT, GROUND_AT = 45.0, 6.0  # N/mm, in the middle of what is drawn
-HEAD_TUBE, FORK = (61.0, 143.0), (29.0, 83.0)  # N m/deg and N/mm, of the frames that are drawn
 METHODS = ("pair", "head_tube", "ground")
 GRAVITY = 9.80665  # m/s^2, of the weight that is hung
 
@@ -41,7 +43,7 @@ def measure(front: Front) -> dict[str, float]:
     return {
         "head_tube": head_tube_figure(front), "fork": fork_figure(front), "ground": ground_figure(front),
         "stiffness": whole.stiffness, "height": whole.pivot, "sway": whole.sway,
-        "wheel": front.wheel, "clamped_fork": clamped_fork_figure(front),
+        "clamped_fork": clamped_fork_figure(front),
         "frame_stiffness": frame.stiffness, "frame_height": frame.pivot,
         "fork_stiffness": fork.stiffness, "fork_height": fork.pivot,
     }  # fmt: skip
@@ -68,8 +70,8 @@ def tune(fronts: dict[str, Any], source: str) -> dict[str, Any]:
         "figure_sd": FIGURE_SD,
         "model_sd": MODEL_SD,
         "model_height_sd_m": MODEL_HEIGHT_SD,
-        "ranges": {"head_tube": HEAD_TUBE, "fork": FORK, "ground": (fronts["ground"].min(), fronts["ground"].max())},
-        "wheel_radius_m": (fronts["wheel"].min(), fronts["wheel"].max()),
+        "ranges": {"head_tube": HEAD_TUBE_RANGE, "fork": FORK_RANGE, "ground": ends_of(fronts["ground"])},
+        "wheel_radius_m": WHEEL_RANGE,
         "frame": {"factor": factor, "height_m": fronts["frame_height"].mean()},
         "fork": {
             "at": FORK_AT, "stiffness_N_m_per_rad": np.exp(at), "power": power,
@@ -160,6 +162,11 @@ def run(*, out: Path, seed: int, frames: int = 45, fresh: int = 100) -> dict[str
         "sway": middle_and_ends(fronts["sway"]),
         "fork_clamped_over_in_bearings": middle_and_ends(fronts["clamped_fork"] / fronts["fork"]),
     }
+
+
+def ends_of(values: Any) -> tuple[float, float]:
+    """The smallest and the largest."""
+    return values.min(), values.max()
 
 
 def middle_and_ends(values: Any) -> list[float]:
