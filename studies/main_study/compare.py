@@ -463,6 +463,7 @@ class Samples:
     end: Array  # (n,), m/s, at most the highest speed; NaN likewise
     computed: NDArray[np.bool_]  # (n,), False: an impossible sample
     growth: Array  # (n, speeds), 1/s; NaN without such an oscillation
+    speeds: Array  # (speeds,), m/s, of the growth
 
     @property
     def count(self) -> int:
@@ -470,14 +471,26 @@ class Samples:
         return int(self.computed.sum())
 
     @property
-    def unstable(self) -> Array:
-        """Length of the unstable range of each sample, m/s (n,)."""
+    def range(self) -> Array:
+        """Length of the wobble range of each sample, m/s (n,)."""
         return np.nan_to_num(self.end - self.onset, nan=0.0)
+
+    @property
+    def peak(self) -> Array:
+        """Fastest growth of each sample at ridden speeds, 1/s (n,); minus infinity without such an oscillation."""
+        low, high = LIMITS.ridden
+        ridden = (self.speeds >= low) & (self.speeds <= high)
+        return np.asarray(np.nan_to_num(self.growth[:, ridden], nan=-np.inf).max(axis=1))
 
     @property
     def wobbling_share(self) -> float:
         """Share of the computed samples that wobble at some speed looked at."""
         return float((~np.isnan(self.onset)).sum() / self.count)
+
+    @property
+    def wobbles_ridden(self) -> NDArray[np.bool_]:
+        """Whether each sample wobbles at ridden speeds (n,)."""
+        return (self.onset <= LIMITS.ridden[1]) & (self.end >= LIMITS.ridden[0])
 
     @property
     def stable_count(self) -> int:
@@ -515,7 +528,7 @@ def sample_bicycles(settings: Settings, case: TyreCase, setup: Setup) -> Samples
         computed[k] = True
         if span:
             onset[k], end[k] = span.low, min(span.high, settings.fastest)
-    return Samples(case, setup, onset, end, computed, growth)
+    return Samples(case, setup, onset, end, computed, growth, speeds)
 
 
 def growth_speeds(settings: Settings) -> Array:
@@ -550,7 +563,8 @@ def front_values(
 ) -> dict[str, float]:
     """Compute parameters (SI) of effects but the contact law, for draw ``k`` of ``drawn`` on a bicycle of ``values``.
 
-    Pneumatic trail and twisting torque of a tyre file or model file stay.
+    Pneumatic trail and twisting torque of a tyre file or model file stay, and what was measured stays as ``values`` has
+    it.
     """
     new = {name: float(numbers[k]) for name, numbers in drawn.items()}
     parameters: dict[str, float] = {}
@@ -563,9 +577,10 @@ def front_values(
         elif not in_model_file and getattr(setup, name) == nominal and nominal:
             parameters |= {key: values[key] * new[name] / nominal for key in keys}
     if setup.front:
+        measured = "front_compliance.stiffness" in settings.measured.names
         front = replace(
             setup.front,
-            stiffness=new["stiffness"],
+            stiffness=values["front_compliance.stiffness"] if measured else new["stiffness"],
             damping_ratio=new["damping_ratio"],
             joint_height=setup.front.joint_height + new["hinge"],
         )
@@ -579,4 +594,4 @@ def front_values(
         parameters[f"{FRICTION}.damping"] = new["friction"]
     if setup.arms:
         parameters |= {f"rider_arms.{name}": getattr(setup.arms, name) * new[f"arm_{name}"] for name in OF_ARMS}
-    return parameters
+    return {key: value for key, value in parameters.items() if key not in settings.measured.names}

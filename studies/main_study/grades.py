@@ -26,6 +26,11 @@ class Grade(StrEnum):
     INCONCLUSIVE = "inconclusive"
 
     @property
+    def decided(self) -> bool:
+        """True unless the answer is open."""
+        return self not in (Grade.DEPENDS, Grade.INCONCLUSIVE)
+
+    @property
     def words(self) -> str:
         """The grade as words."""
         return self.value.replace("_", " ")

@@ -106,15 +106,18 @@ def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
 def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty:
     """Make the model of a case with the covariance of all that is uncertain about tyre and bicycle."""
     setup = case.apply_to(setup)
-    content = {
+    content: dict[str, Any] = {
         "bicycle": {key: settings.bicycle[key] for key in UNITS},
         "effects": {LAW: dict(case.table), **effect_tables(settings, setup)},
     }
-
-    # What the samples vary is treated as exact here, unless it follows from the bicycle.
-    followers = follow(settings, setup, settings.bicycle.values)
     parameters = model(settings, setup, case.contact).parameters
-    exact = {key: 0.0 for key in parameters if ParameterKey.parse(key).effect in PLAUSIBLE and key not in followers}
+    measured = [name for name in settings.measured.names if name in parameters]
+    if measured:
+        content["covariance"] = {"parameters": measured, "matrix": settings.measured.among(measured).tolist()}
+
+    # What the samples vary is treated as exact here, unless it was measured or follows from the bicycle.
+    known = {*measured, *follow(settings, setup, settings.bicycle.values)}
+    exact = {key: 0.0 for key in parameters if ParameterKey.parse(key).effect in PLAUSIBLE and key not in known}
     return Uncertainty(
         content,
         sd=exact,

@@ -1,8 +1,10 @@
 """First screen of the main study: what lower pressure does to wobble, case by case and over parameter samples.
 
-A change counts if the unstable range widens or narrows by at least :attr:`Limits.practical`. The grade of the answer
-follows from the samples of the reference case by the rules of :mod:`studies.main_study.grades`. A tyre of one
-condition has no lower pressure; then the question is if the bicycle wobbles over at least that range.
+Wobble is worse if its range widens by at least :attr:`Limits.practical`, or grows faster by at least
+:attr:`Limits.practical_growth`. The grade of the answer follows from the samples of the reference case by the rules of
+:mod:`studies.main_study.grades`. A tyre of one condition has no lower pressure; then the question is if the bicycle
+wobbles over at least that range. Each case has an answer of its own: does it wobble at ridden speeds, and what does the
+lower pressure do to onset and growth?
 """
 
 from collections.abc import Mapping
@@ -14,8 +16,9 @@ import numpy as np
 from bicycle.parameters.bicycle import LIGHTEST_RIDDEN
 from studies.main_study.compare import Amplitude, Hinge, Samples, front_draws
 from studies.main_study.grades import GRADE_RULES, GradedAnswer, grade_samples
+from studies.main_study.next_measurement import Gain, rank_measurements
 from studies.main_study.result import Result, Span
-from studies.main_study.settings import ASSUMED, LIMITS, OF_FRONT, SADDLE, Settings, Setup
+from studies.main_study.settings import ASSUMED, LIMITS, OF_ARMS, OF_FRONT, SADDLE, Settings, Setup
 from studies.main_study.study import Study, pressure_ends
 from tyre.ground.arrays import Array
 
@@ -28,7 +31,15 @@ class Cell(NamedTuple):
     """Wobble of one case at one pressure."""
 
     span: Span | None  # None: no wobble
-    share: float | None  # of its samples that wobble; None: none were drawn
+    graded: GradedAnswer | None  # does it wobble at ridden speeds? None: no samples were drawn
+
+
+class PressureChange(NamedTuple):
+    """Change from the high to the low pressure in the samples of one case: median and interval of 90 %."""
+
+    onset: tuple[float, float, float] | None  # m/s: median, low, high; None: too few samples wobble at both pressures
+    growth: tuple[float, float, float]  # 1/s, of the fastest growth at ridden speeds, likewise
+    some_wobble: bool  # at either pressure
 
 
 @dataclass(frozen=True)
@@ -39,8 +50,8 @@ class CaseComparison:
     low: Result  # at the lowest pressure, or at the one condition
     high: Result | None
     limit: float  # m/s, highest speed that is looked at
-    # share of the samples of the case that wobble, as ``results``; empty: none were drawn
-    wobbling: tuple[float, ...]
+    graded: tuple[GradedAnswer, ...]  # does it wobble at ridden speeds? as ``results``; empty: no samples were drawn
+    change: PressureChange | None  # None: one condition, or no samples
 
     @property
     def results(self) -> tuple[Result, ...]:
@@ -55,19 +66,8 @@ class CaseComparison:
     @property
     def cells(self) -> list[Cell]:
         """Cells of its row, as ``results``."""
-        shares = self.wobbling or (None, None)
-        return [Cell(span, share) for span, share in zip(self.spans, shares, strict=False)]
-
-    @property
-    def longer(self) -> float:
-        """Speeds of wobble, m/s, at the low pressure more than at the high one, or at all."""
-        low, *high = (wobble_length(span, self.limit) for span in self.spans)
-        return low - sum(high)
-
-    @property
-    def alike(self) -> bool:
-        """True if the change of the speeds of wobble prints as 0.0 m/s."""
-        return abs(self.longer) < 0.05
+        answers = self.graded or (None, None)
+        return [Cell(span, answer) for span, answer in zip(self.spans, answers, strict=False)]
 
     @property
     def assumed(self) -> bool:
@@ -97,13 +97,14 @@ class SteerAmplitude:
 class Answer:
     """Facts of the first screen on the tyre in question."""
 
-    graded: GradedAnswer  # for it: samples whose unstable range widens; of one condition: samples that wobble
+    graded: GradedAnswer  # for it: samples whose wobble is worse; of one condition: samples that wobble
     front_known: bool  # False: no front frame is known, and none is assumed
     cases: tuple[CaseComparison, ...]  # reference first
     case_count: int  # cases that were asked for
     hinges: tuple[Hinge, ...]  # the largest change of the minimum damping ratio first
     steer_amplitudes: tuple[SteerAmplitude, ...]  # at the lowest and, if there are two, at the highest pressure
     assumed: tuple[str, ...]  # names of what is assumed and not measured
+    gains: tuple[Gain, ...]  # what to measure next, the greatest gain first; the first is as it is
     contradicts_reports: bool  # the front frame's damping is that of a bare frame, and the rider is fixed to it
 
     @property
@@ -115,6 +116,11 @@ class Answer:
     def reference(self) -> CaseComparison:
         """Case in which wobble is worst: hands off, flexible front frame if one is known."""
         return self.cases[0]
+
+    @property
+    def useful_gains(self) -> list[Gain]:
+        """Measurements, at most three, that are expected to make another answer definite."""
+        return [gain for gain in self.gains[1:4] if round(gain.definite) > round(self.gains[0].definite)]
 
     @property
     def least_bump(self) -> float | None:
@@ -132,27 +138,6 @@ class Answer:
         states = {amplitude.state for amplitude in self.steer_amplitudes}
         return bool(states) and states not in ({NONE}, {NOT_KNOWN})
 
-    @property
-    def change(self) -> float | None:
-        """Change of the minimum damping ratio by the lower pressure, reference case; None without wobble at one."""
-        low, high = self.reference.low.least, self.reference.high and self.reference.high.least
-        return low.damping_ratio - high.damping_ratio if low and high else None
-
-    @property
-    def place(self) -> int | None:
-        """Rank of the pressure among the one-at-a-time effects, from 1; None for one pressure."""
-        return next((k for k, hinge in enumerate(self.hinges, 1) if hinge.what == "pressure"), None)
-
-    @property
-    def pressure(self) -> Hinge | None:
-        """Pressure as a one-at-a-time effect; None for one pressure."""
-        return self.hinges[self.place - 1] if self.place else None
-
-    @property
-    def foremost(self) -> tuple[Hinge, ...]:
-        """What matters more than the pressure, three at most; of one pressure, what matters most."""
-        return self.hinges[: min(self.place - 1, 3) if self.place else 3]
-
 
 def answer(study: Study) -> Answer:
     """Gather the facts of the first screen."""
@@ -164,10 +149,13 @@ def answer(study: Study) -> Answer:
         low = study.result(setup, low_case)
         high = study.result(setup, high_case) if high_case else None
         if low and (high or not high_case):
-            samples = [study.samples_around(result) for result in (low, high) if result]
-            wobbling = tuple(sample.wobbling_share for sample in samples if sample and sample.count)
-            cases.append(CaseComparison(setup, low, high, limit, wobbling))
+            around = [study.samples_around(result) for result in (low, high) if result]
+            drawn = [sample for sample in around if sample and sample.count]
+            graded = tuple(_grade_wobble(settings, study.assumed_of_tyre, sample) for sample in drawn)
+            change = compare_pressures(drawn[0], drawn[1]) if len(drawn) == 2 else None
+            cases.append(CaseComparison(setup, low, high, limit, graded, change))
     reference = cases[0]
+    every_assumption = unmeasured(settings, study.assumed_of_tyre, hands_on=True)
     return Answer(
         graded=grade(settings, study.assumed_of_tyre, *map(study.samples_around, reference.results)),
         front_known=settings.front is not None,
@@ -176,6 +164,7 @@ def answer(study: Study) -> Answer:
         hinges=tuple(hinge for hinge in study.hinges if hinge.comparable),
         steer_amplitudes=tuple(_judge_size(study, amplitude) for amplitude in study.amplitudes),
         assumed=_name_assumed(study),
+        gains=tuple(rank_measurements(settings, study.samples, every_assumption)),
         contradicts_reports=_contradicts_reports(settings),
     )
 
@@ -189,22 +178,60 @@ def grade(settings: Settings, assumed_of_tyre: tuple[str, ...], *samples: Sample
     if not settings.front or not drawn or len(drawn) < len(samples):
         return grade_samples(np.zeros(0), {})
     computed = np.logical_and.reduce([sample.computed for sample in drawn])
-    lengths = [sample.unstable[computed] for sample in drawn]
     numbers = {name: values[computed] for name, values in unmeasured(settings, assumed_of_tyre).items()}
-    if len(lengths) == 1:
-        return grade_samples(np.where(lengths[0] >= LIMITS.practical, 1, -1), numbers, either=True)
-    change = lengths[0] - lengths[1]
-    return grade_samples(np.sign(change) * (np.abs(change) >= LIMITS.practical), numbers)
+    if len(drawn) == 1:
+        return grade_samples(np.where(drawn[0].range[computed] >= LIMITS.practical, 1, -1), numbers, either=True)
+    return grade_samples(votes_for_worse(drawn[0], drawn[1])[computed], numbers)
 
 
-def unmeasured(settings: Settings, assumed_of_tyre: tuple[str, ...]) -> Mapping[str, Array]:
-    """Numbers (samples,) of each assumption of the reference case that was not measured, in the units of its range."""
+def _grade_wobble(settings: Settings, assumed_of_tyre: tuple[str, ...], sample: Samples) -> GradedAnswer:
+    """Grade by the samples of a case whether it wobbles at ridden speeds."""
+    numbers = unmeasured(settings, assumed_of_tyre, hands_on=sample.setup.arms is not None)
+    votes = np.where(sample.wobbles_ridden[sample.computed], 1, -1)
+    return grade_samples(votes, {name: values[sample.computed] for name, values in numbers.items()}, either=True)
+
+
+def compare_pressures(low: Samples, high: Samples) -> PressureChange:
+    """Compare onset and fastest growth of the same samples at both pressures."""
+    computed = low.computed & high.computed
+    onset = (low.onset - high.onset)[computed]
+    onset = onset[np.isfinite(onset)]
+    growth = np.array([np.maximum(sample.peak, LIMITS.slowest) for sample in (low, high)])[:, computed]
+    quantiles = (0.5, *LIMITS.likely)
+
+    def spread(changes: Array) -> tuple[float, float, float]:
+        middle, smallest, largest = np.quantile(changes, quantiles)
+        return float(middle), float(smallest), float(largest)
+
+    some_wobble = bool(np.isfinite(low.onset).any() or np.isfinite(high.onset).any())
+    onset_change = spread(onset) if len(onset) >= LIMITS.fewest else None
+    return PressureChange(onset_change, spread(growth[0] - growth[1]), some_wobble)
+
+
+def votes_for_worse(low: Samples, high: Samples) -> Array:
+    """Vote (n,) of each sample: 1 if wobble is worse at the ``low`` pressure than at the ``high`` one, -1 better, 0.
+
+    It is worse if its range is wider by :attr:`Limits.practical`, or its fastest growth greater by
+    :attr:`Limits.practical_growth`; range and growth that contradict each other give 0.
+    """
+    change = low.range - high.range
+    growths = [np.maximum(sample.peak, LIMITS.growth) for sample in (low, high)]  # slower growth is no wobble
+    growth_change = growths[0] - growths[1]
+    by_range = np.sign(change) * (np.abs(change) >= LIMITS.practical)
+    by_growth = np.sign(growth_change) * (np.abs(growth_change) >= LIMITS.practical_growth)
+    return np.asarray(np.sign(by_range + by_growth))
+
+
+def unmeasured(settings: Settings, assumed_of_tyre: tuple[str, ...], *, hands_on: bool = False) -> Mapping[str, Array]:
+    """Numbers (samples,) of each assumption of a case that was not measured, in the units of its range."""
     drawn, front = front_draws(settings), settings.front
     names = list(assumed_of_tyre)
     if front:
         names += [*OF_FRONT, "hinge"] if not front.from_file else front.defaults
     if settings.ranges.friction[1] > 0:
         names.append("friction")
+    if hands_on:
+        names += [f"arm_{name}" for name in (settings.arms.defaults if settings.arms.from_file else OF_ARMS)]
     return {name: drawn[name] for name in names}
 
 
@@ -273,7 +300,7 @@ def record(study: Study, answer: Answer) -> dict[str, Any]:
         "bicycle": study.settings.bicycle.name,
         "tyre": study.focus.tyre,
         "surface": study.focus.surface,
-        "question": "widens" if answer.asks_pressure else "wobbles",
+        "question": "worse" if answer.asks_pressure else "wobbles",
         "answer": graded.grade.value,
         "depends_on": split and {"assumption": split.name, "share_below": split.below, "share_above": split.above},
         "searched_m_s": [0.0, limit],
@@ -285,8 +312,19 @@ def record(study: Study, answer: Answer) -> dict[str, Any]:
                 "front_frame_assumed": case.assumed,
                 "low": end(case.low),
                 "high": end(case.high),
-                "longer_m_s": case.longer,
-                "share_of_samples_that_wobble": list(case.wobbling),
+                "wobbles_at_ridden_speeds": [
+                    {
+                        "grade": graded.grade.value,
+                        "share": graded.for_it / graded.count,
+                        "depends_on": graded.split and graded.split.name,
+                    }
+                    for graded in case.graded
+                ],
+                "change_by_lower_pressure": case.change
+                and {
+                    "onset_m_s": _spread_record(case.change.onset),
+                    "growth_1_s": _spread_record(case.change.growth),
+                },
             }
             for case in answer.cases
         ],
@@ -297,14 +335,24 @@ def record(study: Study, answer: Answer) -> dict[str, Any]:
             "neither": graded.neither,
         },
         "rule": rule_record(),
+        "measure_next": [
+            {"measure": gain.group or None, "expected_definite": gain.definite, "of": gain.count}
+            for gain in answer.gains
+        ],
         "one_at_a_time": [{"what": hinge.what, "change_of_min_damping_ratio": hinge.size} for hinge in answer.hinges],
     }
+
+
+def _spread_record(change: tuple[float, float, float] | None) -> dict[str, float] | None:
+    """Make a median with its interval JSON-ready."""
+    return None if change is None else dict(zip(("median", "low", "high"), change, strict=True))
 
 
 def rule_record() -> dict[str, Any]:
     """Make the rule of the grades JSON-ready."""
     return {
         "least_change_m_s": LIMITS.practical,
+        "least_change_of_growth_1_s": LIMITS.practical_growth,
         "agreement": [
             {
                 "grades": [rule.grade.value, rule.opposite.value],

@@ -11,12 +11,13 @@ import numpy as np
 from bicycle.effects.effect import DAMPING_RATIO, WHEELS, Parameter
 from bicycle.effects.effect_registry import effect_class
 from bicycle.files.bicycle_files import available_bicycles, load_bicycle
+from bicycle.model.effect_numbers import plain_effects
 from bicycle.model.model import DEFAULT_CONTACT, Model
 from bicycle.model.model_file import read_model
 from bicycle.model.wheel_tyres import MOST_BAR, located, values_of_tyres
 from bicycle.parameters.bicycle import Bicycle
 from bicycle.parameters.front_hinge import critical_damping, front_inertia
-from bicycle.parameters.parameter_covariance import ParameterKey
+from bicycle.parameters.parameter_covariance import ParameterCovariance, ParameterKey
 from bicycle.rider.rider_posture import POSTURES, SeatGeometry, packaged_geometry, read_geometry
 from studies.model_space.model_argument import find_bicycle
 from tyre.ground.arrays import Array
@@ -69,7 +70,8 @@ class Limits:
     )  # m; front-frame compliance is assumed for bicycles like the packaged ones,
     wheel: tuple[float, float] = (0.28, 0.38)  # m, radius of the front wheel: it is that of a racing frame
     fewest: int = 10  # samples with unstable wobble: of fewer the band spans all
-    practical: float = 1.0  # m/s of unstable speeds: a smaller change is none that a rider meets
+    practical: float = 1.0  # m/s of the wobble range: a smaller change is none that a rider meets
+    practical_growth: float = 0.5  # 1/s of the fastest growth: likewise
     slowest: float = -12.0  # 1/s; faster decay is not drawn
     widest: float = 0.9  # of the relaxation length, which contains the half length of the contact
 
@@ -280,6 +282,8 @@ class Settings:
     trail: float = ASSUMED["trail"].usual  # m, likewise
     twisting: float = ASSUMED["twisting"].usual  # N m/rad, likewise
     further: Mapping[str, Table] = field(default_factory=dict)  # other effects of the model file and their tables
+    # of front frame, hands and other effects, as the model file states it
+    measured: ParameterCovariance = field(default_factory=ParameterCovariance)
     tyre: str = ""  # packaged, or a file; empty: every packaged one
     surface: str | None = None  # of the tyre, as its file names it; None: not chosen
     pressures: tuple[float, ...] = ()  # bar, rising; empty: those that were measured
@@ -320,18 +324,21 @@ class Settings:
 
     @property
     def setups(self) -> tuple[Setup, ...]:
-        """Cases, the reference first: hands off and every grip, then hands off and relaxed with a rigid front frame."""
+        """Cases, the reference first: hands off and every grip, then hands off and relaxed with a rigid front frame.
+
+        A front frame whose stiffness the model file states is not rigid.
+        """
         hands = [(self.front, arms) for arms in (None, *self.grips)]
-        if self.front:
+        if self.front and not self.front_stated:
             hands += [(None, arms) for arms in (None, self.arms)]
         return tuple(
             Setup(front, arms, self.friction, self.camber_share, self.trail, self.twisting) for front, arms in hands
         )
 
     @property
-    def sampled_setups(self) -> tuple[Setup, ...]:
-        """Cases with samples: those with the front frame of the reference."""
-        return tuple(setup for setup in self.setups if setup.front == self.front)
+    def front_stated(self) -> bool:
+        """True if the model file states the stiffness of the front frame."""
+        return self.front is not None and self.front.from_file and "stiffness" not in self.front.defaults
 
     @property
     def ranges(self) -> Ranges:
@@ -347,13 +354,32 @@ class Settings:
             stated["camber_share"] = 1.0
         within = 1 - LIMITS.written
         ranges = {name: (within * value, value / within) for name, value in stated.items()}
+        ranges |= {name: self._two_sd(name, value) for name, value in stated.items() if self._measured_sd(name)}
         if self.front and "damping_ratio" not in stated and SADDLE in self.further:
             ranges["damping_ratio"] = ASSUMED["saddle_damping_ratio"].ends
         if self.front and self.front.from_file:
-            ranges["hinge"] = (-0.02, 0.02)
+            height_sd = self.measured.sd.get("front_compliance.joint_z", 0.01)  # m
+            ranges["hinge"] = (-2 * height_sd, 2 * height_sd)
         if "steer_damper" in self.further:
             ranges["friction"] = (0.0, 0.0)
         return Ranges(**ranges)
+
+    def _measured_sd(self, name: str) -> float:
+        """Relative standard uncertainty that the model file states of a number of :class:`Ranges`; 0: none."""
+        if not self.front:
+            return 0.0
+        damping = float(self.front.damping(self.bicycle.values))
+        numbers = {
+            "stiffness": ("front_compliance.stiffness", self.front.stiffness),
+            "damping_ratio": ("front_compliance.damping", damping),
+        } | {f"arm_{name}": (f"rider_arms.{name}", getattr(self.arms, name)) for name in OF_ARMS}
+        key, value = numbers.get(name, ("", 0.0))
+        return self.measured.sd.get(key, 0.0) / value if value else 0.0
+
+    def _two_sd(self, name: str, value: float) -> tuple[float, float]:
+        """Range of two standard uncertainties about a stated ``value``, from half of it on, which stays positive."""
+        relative = self._measured_sd(name)
+        return value * max(1 - 2 * relative, 0.5), value * (1 + 2 * relative)
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -454,13 +480,16 @@ def _read_model_file(model: str) -> dict[str, Any]:
             f"{model}: the main study requires tyres with a relaxation length, but the file has {law}; use {LAW}, or "
             f"velotyre critical {model} for this model"
         )
-    tables = _with_numbers(read_toml(Path(model), "model file").get("effects", {}), whole)
+    plain_tables, _ = plain_effects(read_toml(Path(model), "model file").get("effects", {}))
+    tables = _with_numbers(plain_tables, whole)
     contact, front, arms = (tables.pop(name, None) for name in (LAW, "front_compliance", "rider_arms"))
     tables.pop(DEFAULT_CONTACT, None)
     for name in ("trail", "twisting"):  # an empty table states no number: the study assumes one of every tyre
         if not tables.get(ASSUMED[name].effect, True):
             del tables[ASSUMED[name].effect]
-    content: dict[str, Any] = {"bicycle": whole.bicycle, "further": tables}
+    of_effects = [name for name in whole.covariance.of_file if ParameterKey.parse(name).effect not in ("", LAW)]
+    measured = ParameterCovariance(tuple(of_effects), whole.covariance.among(of_effects))
+    content: dict[str, Any] = {"bicycle": whole.bicycle, "further": tables, "measured": measured}
     if contact is not None:
         content["contact"] = located(contact, Path(model).parent)
     if front is not None:

@@ -36,12 +36,14 @@ def altered(study, changes, onsets=None, **settings):
             wobble = Span(low, high or np.inf, 30.0, 3 + 50j, 12.0) if low else None
             r = replace(r, crossings=edges(low, high), least=least(ratio), wobble=wobble)
         results.append(r)
+    speeds = np.arange(1.0, 31.0)  # m/s
     for p in study.samples:
+        onset = np.full(settings.get("fronts", p.count), np.nan)
         if p.setup == reference and p.case.name == name:
             onset = np.array((onsets or {}).get(p.case.condition, STAY), float)
-            end = np.where(np.isnan(onset), np.nan, 20.0)
-            p = Samples(p.case, p.setup, onset, end, np.ones(len(onset), bool), np.zeros((len(onset), 30)))
-        outer.append(p)
+        end = np.where(np.isnan(onset), np.nan, 20.0)
+        growth = np.zeros((len(onset), len(speeds)))
+        outer.append(Samples(p.case, p.setup, onset, end, np.ones(len(onset), bool), growth, speeds))
     return replace(study, results=tuple(results), samples=tuple(outer), settings=replace(study.settings, **settings))
 
 

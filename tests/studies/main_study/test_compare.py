@@ -322,12 +322,18 @@ def test_counts_and_quantiles(known):
     settings, cases = known
     onset = np.array([*np.arange(1.0, 22.0), np.nan, np.nan, np.nan])
     computed = np.array([True] * 23 + [False])
-    one = main_study.Samples(cases[0], settings.reference, onset, onset + 10, computed, np.zeros((24, 30)))
+    one = main_study.Samples(
+        cases[0], settings.reference, onset, onset + 10, computed, np.zeros((24, 30)), np.arange(1.0, 31.0)
+    )
     assert (one.count, one.stable_count) == (23, 2)
     assert one.interval("onset") == pytest.approx((2.0, 20.0))
     assert one.interval("end") == pytest.approx((12.0, 30.0))
-    few = main_study.Samples(cases[0], settings.reference, onset[18:], onset[18:], computed[18:], one.growth[18:])
+    few = main_study.Samples(
+        cases[0], settings.reference, onset[18:], onset[18:], computed[18:], one.growth[18:], one.speeds
+    )
     assert few.interval("onset") == (19.0, 21.0)  # of few it is all
-    none = main_study.Samples(cases[0], settings.reference, onset[21:], onset[21:], computed[21:], one.growth[21:])
+    none = main_study.Samples(
+        cases[0], settings.reference, onset[21:], onset[21:], computed[21:], one.growth[21:], one.speeds
+    )
     assert none.interval("onset") is None
     assert (none.count, none.stable_count) == (2, 2)

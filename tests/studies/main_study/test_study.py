@@ -21,7 +21,7 @@ def test_the_tyre_in_question_is_solved_in_every_world_and_the_others_in_the_fir
     assert [case.condition for case in racing.subject] == ["3.5 bar", "5.5 bar", "7.5 bar"]
     assert racing.focus.condition == "5.5 bar"
     assert [(p.setup, p.case.condition) for p in racing.samples] == [
-        (setup, condition) for setup in racing.settings.setups[:3] for condition in ("3.5 bar", "7.5 bar")
+        (setup, condition) for setup in racing.settings.setups for condition in ("3.5 bar", "7.5 bar")
     ]  # fmt: skip
     assert [one.result.case.condition for one in racing.checks] == ["3.5 bar", "7.5 bar"]
     for one in racing.checks:
@@ -89,7 +89,7 @@ def test_run_prints_the_question_then_the_answer_and_writes_all(racing, monkeypa
         "Does lower pressure in Tyre1 (flat track) make a Pista track bicycle with a rider in the drops more prone to"
     )
     assert lines[3].startswith(main_study.answer(racing).graded.grade.words.capitalize())
-    assert lines[7].split() == ["hands,", "front", "frame", "3.5", "bar", "7.5", "bar"]
+    assert lines[7].split() == ["hands,", "front", "3.5", "bar", "7.5", "bar", "lower", "bar:", "onset,", "growth"]
     assert lines[-2] == f"figure: {(folder / 'headline.png').as_posix()}"
     assert lines[-1] == f"report: {(folder / 'report.html').as_posix()}"
     assert max(map(len, lines[:-1])) <= 110
