@@ -29,6 +29,7 @@ from studies.reporting.command_context import example
     help="Share of the tyre's variance common to all pressures, as of one rig.",
 )
 @click.option("--rider", help="Rider on --bicycle: a packaged name, or a file of measurements (needs the extra rider).")
+@click.option("--rider-saddle", is_flag=True, help="Let the rider turn on the saddle (assumed stiffness).")
 @click.option("--posture", type=POSTURE, help="Posture of --rider; default: drops.")
 @click.option("--workers", type=WORKERS, help="Processes; default: one per core, up to 4.")
 @click.option(

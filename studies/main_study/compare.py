@@ -11,12 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bicycle.effects.effect import SprungJoint
 from bicycle.effects.effect_registry import effect_class
 from bicycle.model.eigen import damping_ratio, frequency_hz
 from bicycle.model.model_family import ModelFamily
 from bicycle.model.state_space import LinearModel
 from bicycle.motion.limit_cycles import find_limit_cycles
 from bicycle.motion.nonlinear import MagicTyre
+from bicycle.parameters.front_hinge import critical_damping
 from bicycle.stability.critical import CriticalSpeed, CrossingIdentity, by_identity, critical_speeds
 from bicycle.stability.named_modes import modes
 from bicycle.stability.sensitivity import critical_speed_sensitivities
@@ -24,7 +26,7 @@ from studies.main_study import result as solution
 from studies.main_study.cases import TyreCase, tyre_cases
 from studies.main_study.least_bump import least_bump
 from studies.main_study.result import FRICTION, TRAIL, TWIST, WOBBLE, LeastDamped, Result, Span
-from studies.main_study.settings import ASSUMED, CONTACT_LENGTH, LAW, LIMITS, OF_ARMS, Settings, Setup
+from studies.main_study.settings import ASSUMED, CONTACT_LENGTH, LAW, LIMITS, OF_ARMS, SADDLE, Settings, Setup
 from studies.model_space.lasting_motions import Extent, Trace, curves_of, extent, traces_of
 from studies.uncertainty import assumed_sd, by_group, counted_as_exact
 from studies.uncertainty.propagation import Quantity
@@ -548,7 +550,7 @@ def front_draws(settings: Settings) -> Mapping[str, Array]:
     """Sample each quantity (number of samples,), in the units of the ranges; the same for every case."""
     from scipy.stats import qmc
 
-    ranges = vars(settings.ranges)
+    ranges = settings.ranges.drawn
     size = 2 ** int(np.ceil(np.log2(max(settings.fronts, 2))))
     # "rng" is the newer name, of scipy 1.15
     u = qmc.Sobol(len(ranges), seed=np.random.default_rng(settings.seed)).random(size)[: settings.fronts]
@@ -556,6 +558,24 @@ def front_draws(settings: Settings) -> Mapping[str, Array]:
         name: np.asarray(low * (high / low) ** share if low > 0 else low + (high - low) * share)
         for share, (name, (low, high)) in zip(u.T, ranges.items(), strict=True)
     }
+
+
+def saddle_values(table: Mapping[str, Any], new: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
+    """Stiffness and damping (SI) of the seated rider on the saddle of a sample, if the ``table`` has none of its own.
+
+    ``new`` holds what was drawn, ``values`` the parameters of the sampled bicycle.
+    """
+    parameters = {}
+    if "saddle_stiffness" in new:
+        parameters[f"{SADDLE}.stiffness"] = new["saddle_stiffness"]
+    if "saddle_damping_ratio" in new:
+        sampled = {name.partition(".")[2]: value for name, value in values.items() if name.startswith(f"{SADDLE}.")}
+        seated = effect_class(SADDLE)(**table)
+        assert isinstance(seated, SprungJoint)
+        inertia = seated.carried_inertia({**values, **sampled})
+        stiffness = parameters.get(f"{SADDLE}.stiffness", sampled["stiffness"])
+        parameters[f"{SADDLE}.damping"] = float(new["saddle_damping_ratio"] * critical_damping(stiffness, inertia))
+    return parameters
 
 
 def front_values(
@@ -590,6 +610,8 @@ def front_values(
             "front_compliance.joint_z": -front.joint_height,
             "front_compliance.joint_x": float(front.hinge_x(values)),
         }
+    if saddle := settings.further.get(SADDLE):
+        parameters |= saddle_values(saddle, new, values)
     if setup.friction:
         parameters[f"{FRICTION}.damping"] = new["friction"]
     if setup.arms:

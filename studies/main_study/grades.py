@@ -26,9 +26,9 @@ class Grade(StrEnum):
     INCONCLUSIVE = "inconclusive"
 
     @property
-    def decided(self) -> bool:
-        """True unless the answer is open."""
-        return self not in (Grade.DEPENDS, Grade.INCONCLUSIVE)
+    def definite(self) -> bool:
+        """True of yes and no."""
+        return self in (Grade.YES, Grade.NO)
 
     @property
     def words(self) -> str:

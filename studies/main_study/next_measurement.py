@@ -19,6 +19,7 @@ from tyre.ground.arrays import Array
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "front frame": ("stiffness", "damping_ratio", "hinge"),
     "hands": ("arm_inertia", "arm_stiffness", "arm_damping"),
+    "rider on the saddle": ("saddle_stiffness", "saddle_damping_ratio"),
     "steering friction": ("friction",),
     "aligning moment and camber stiffness of the tyre": ("trail", "twisting", "camber_share"),
 }

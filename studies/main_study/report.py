@@ -38,6 +38,8 @@ SAMPLED = {
     "camber_share": ("camber stiffness", "× load"),
     "trail": ("pneumatic trail", "m"),
     "twisting": ("twisting torque", "N m/rad"),
+    "saddle_stiffness": ("yaw stiffness of the rider on the saddle", "N m/rad"),
+    "saddle_damping_ratio": ("damping ratio of the rider on the saddle", "of critical"),
     "arm_inertia": ("arm inertia", "× that of the case"),
     "arm_stiffness": ("arm stiffness", "× that of the case"),
     "arm_damping": ("arm damping", "× that of the case"),
@@ -145,7 +147,7 @@ def _list_sampled(study: Study) -> list[tuple[str, tuple[float, float], str]]:
         units["camber_share"] = "× that of the model file"
     if settings.front is None:
         fixed |= {"stiffness", "damping_ratio", "hinge"}
-    return [(SAMPLED[name][0], ends, units[name]) for name, ends in vars(settings.ranges).items() if name not in fixed]
+    return [(SAMPLED[name][0], ends, units[name]) for name, ends in settings.ranges.drawn.items() if name not in fixed]
 
 
 class CheckRow(NamedTuple):

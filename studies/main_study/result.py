@@ -24,7 +24,7 @@ from bicycle.stability.critical import ACriticalSpeed, CriticalSpeed, critical_s
 from bicycle.stability.named_modes import Modes, modes
 from bicycle.stability.propagation import critical_speed_gradients, mode_gradients, standard_deviation
 from studies.main_study.cases import CONTACT, TyreCase
-from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, PerWheel, Settings, Setup
+from studies.main_study.settings import CONTACT_LENGTH, LAW, LIMITS, SADDLE, PerWheel, Settings, Setup
 from studies.uncertainty.propagation import Uncertainty
 from tyre.ground.arrays import Array, Complex
 
@@ -36,7 +36,8 @@ CAMBER = tuple(f"camber_thrust.camber_stiffness.{wheel}" for wheel in WHEELS)
 FRICTION = "steer_damper"
 TRAIL, TWIST = "pneumatic_trail", "twisting_torque"
 # effects whose numbers the samples vary: they are treated as exact in a standard uncertainty
-PLAUSIBLE = ("front_compliance", "rider_arms", FRICTION, "camber_thrust", TRAIL, TWIST)
+PLAUSIBLE = ("front_compliance", "rider_arms", SADDLE, FRICTION, "camber_thrust", TRAIL, TWIST)
+BODY = ("mass", "x", "z", "Ixx", "Izz", "Ixz")  # parameters of the rider on the saddle
 
 
 def model(settings: Settings, setup: Setup, contact: Sequence[float] | Array) -> Model:
@@ -93,7 +94,42 @@ def follow(settings: Settings, setup: Setup, p: Mapping[str, Any]) -> dict[str, 
         dependent["front_compliance.joint_x"] = setup.front.hinge_x(p)
     if setup.front and (not setup.front.from_file or "damping_ratio" in setup.front.defaults):
         dependent["front_compliance.damping"] = setup.front.damping(p)
+    if _states_rider(settings):
+        dependent |= _follow_rider(settings, p)
     return dependent
+
+
+def _states_rider(settings: Settings) -> bool:
+    """True if the model file states the body of the rider on the saddle."""
+    return settings.further.get(SADDLE, {}).keys() >= set(BODY)
+
+
+def _follow_rider(settings: Settings, p: Mapping[str, Any]) -> dict[str, Any]:
+    """Body of the rider on the saddle (SI) if the bicycle ``p`` differs from the nominal one by its rider alone."""
+    nominal, body = settings.bicycle, settings.further[SADDLE]
+    frame_mass = nominal["mB"] - body["mass"]
+    frame = {axis: (nominal["mB"] * nominal[f"{axis}B"] - body["mass"] * body[axis]) / frame_mass for axis in "xz"}
+    mass = p["mB"] - frame_mass
+    centre = {axis: (p["mB"] * p[f"{axis}B"] - frame_mass * frame[axis]) / mass for axis in "xz"}
+
+    def moment(first: str, second: str) -> Any:
+        """Second moment of the mass of the whole at ``p`` less that of the frame, about the body's mass centre."""
+        at_frame = (frame[first] - centre[first]) * (frame[second] - centre[second])
+        at_whole = (p[f"{first}B"] - centre[first]) * (p[f"{second}B"] - centre[second])
+        return p["mB"] * at_whole - frame_mass * at_frame
+
+    def of_frame(entry: str, first: str, second: str, sign: int) -> float:
+        """Inertia of the frame without rider about its mass centre."""
+        whole = nominal["mB"] * (nominal[f"{first}B"] - frame[first]) * (nominal[f"{second}B"] - frame[second])
+        rider = body["mass"] * (body[first] - frame[first]) * (body[second] - frame[second])
+        return float(nominal[f"IB{entry}"] - body[f"I{entry}"] + sign * (whole - rider))
+
+    inertias = {}
+    for entry, first, second, sign in (("xx", "z", "z", 1), ("zz", "x", "x", 1), ("xz", "x", "z", -1)):
+        inertia = p[f"IB{entry}"] - of_frame(entry, first, second, sign) + sign * moment(first, second)
+        inertias[f"I{entry}"] = inertia
+    body_at_p = {"mass": mass, "mass_share": 1.0, "inertia_share": 1.0} | centre | inertias
+    return {f"{SADDLE}.{name}": value for name, value in body_at_p.items()}
 
 
 def _camber_stiffness(setup: Setup, p: Mapping[str, Any]) -> tuple[Any, Any]:
@@ -110,6 +146,9 @@ def uncertainty(settings: Settings, case: TyreCase, setup: Setup) -> Uncertainty
         "bicycle": {key: settings.bicycle[key] for key in UNITS},
         "effects": {LAW: dict(case.table), **effect_tables(settings, setup)},
     }
+    if _states_rider(settings):  # a body that follows the bicycle is possible in every sample
+        rider = {key: value for key, value in settings.further[SADDLE].items() if key not in BODY}
+        content["effects"][SADDLE] = rider
     parameters = model(settings, setup, case.contact).parameters
     measured = [name for name in settings.measured.names if name in parameters]
     if measured:

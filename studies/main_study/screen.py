@@ -230,6 +230,7 @@ def unmeasured(settings: Settings, assumed_of_tyre: tuple[str, ...], *, hands_on
         names += [*OF_FRONT, "hinge"] if not front.from_file else front.defaults
     if settings.ranges.friction[1] > 0:
         names.append("friction")
+    names += [name for name in ("saddle_stiffness", "saddle_damping_ratio") if name in drawn]
     if hands_on:
         names += [f"arm_{name}" for name in (settings.arms.defaults if settings.arms.from_file else OF_ARMS)]
     return {name: drawn[name] for name in names}

@@ -14,8 +14,9 @@ from bicycle.files.bicycle_files import available_bicycles, load_bicycle
 from bicycle.model.effect_numbers import plain_effects
 from bicycle.model.model import DEFAULT_CONTACT, Model
 from bicycle.model.model_file import read_model
+from bicycle.model.rider_in_model import with_rider_body
 from bicycle.model.wheel_tyres import MOST_BAR, located, values_of_tyres
-from bicycle.parameters.bicycle import Bicycle
+from bicycle.parameters.bicycle import LIGHTEST_RIDDEN, Bicycle
 from bicycle.parameters.front_hinge import critical_damping, front_inertia
 from bicycle.parameters.parameter_covariance import ParameterCovariance, ParameterKey
 from bicycle.rider.rider_posture import POSTURES, SeatGeometry, packaged_geometry, read_geometry
@@ -27,6 +28,7 @@ from tyre.ground.number_with_unit import typed_numbers
 
 Table = Mapping[str, Any]
 LAW, CONTACT_LENGTH = "relaxation_length", "contact_length"  # effects
+SADDLE = "rider_saddle"  # effect: the rider turns on the saddle
 DEFAULT_BICYCLE, DEFAULT_POSTURE = "pista_charlie_drops", "drops"
 
 
@@ -116,7 +118,7 @@ ASSUMED: Mapping[str, Assumed] = {
         (0.15, 0.40),
         "frame and seated rider together, where the rider is fixed to the frame; agrees with riders' reports",
     ),
-    "saddle_damping_ratio": Assumed(
+    "bare_damping_ratio": Assumed(
         "front_compliance",
         DAMPING_RATIO,
         0.03,
@@ -130,6 +132,10 @@ ASSUMED: Mapping[str, Assumed] = {
         0.15,
         (0.05, 0.35),
         "measured on steering bearings (Moore 2012), no mounted damper",
+    ),
+    "saddle_stiffness": Assumed(SADDLE, "stiffness"),
+    "saddle_damping_ratio": Assumed(
+        SADDLE, DAMPING_RATIO, 0.2, (0.1, 0.5), "of the seated rider on the saddle, assumed; no measurement is public"
     ),
     "dry_friction": Assumed(
         "steer_damper", "dry friction", 0.10, (0.05, 0.15), "N m, measured likewise; in the least bump alone"
@@ -153,7 +159,6 @@ ASSUMED: Mapping[str, Assumed] = {
 
 OF_FRONT = ("stiffness", "damping_ratio")
 OF_ARMS = ("inertia", "stiffness", "damping")
-SADDLE = "rider_saddle"  # effect: the rider moves on the saddle
 RELAXED, TENSE = "relaxed", "tense"  # grips
 
 
@@ -221,6 +226,14 @@ class Ranges:
     arm_inertia: tuple[float, float] = LIMITS.arms  # of the inertia of the case
     arm_stiffness: tuple[float, float] = LIMITS.arms  # of its stiffness
     arm_damping: tuple[float, float] = LIMITS.arms  # of its damping
+    # N m/rad, of the seated rider on the saddle, and share of critical damping; None: the rider is fixed, or known
+    saddle_stiffness: tuple[float, float] | None = None
+    saddle_damping_ratio: tuple[float, float] | None = None
+
+    @property
+    def drawn(self) -> dict[str, tuple[float, float]]:
+        """Ranges of what the samples vary."""
+        return {name: ends for name, ends in vars(self).items() if ends is not None}
 
 
 PerWheel = float | tuple[float, float]
@@ -356,7 +369,12 @@ class Settings:
         ranges = {name: (within * value, value / within) for name, value in stated.items()}
         ranges |= {name: self._two_sd(name, value) for name, value in stated.items() if self._measured_sd(name)}
         if self.front and "damping_ratio" not in stated and SADDLE in self.further:
-            ranges["damping_ratio"] = ASSUMED["saddle_damping_ratio"].ends
+            ranges["damping_ratio"] = ASSUMED["bare_damping_ratio"].ends
+        saddle = self.further.get(SADDLE)
+        if saddle is not None and "stiffness" not in saddle:
+            ranges["saddle_stiffness"] = ASSUMED["saddle_stiffness"].ends
+        if saddle is not None and not {"damping", DAMPING_RATIO} & set(saddle):
+            ranges["saddle_damping_ratio"] = ASSUMED["saddle_damping_ratio"].ends
         if self.front and self.front.from_file:
             height_sd = self.measured.sd.get("front_compliance.joint_z", 0.01)  # m
             ranges["hinge"] = (-2 * height_sd, 2 * height_sd)
@@ -402,7 +420,7 @@ def assumed_front(bicycle: Bicycle, *, moving_rider: bool = False) -> Front | No
 
 def assumed_ratio(*, moving_rider: bool) -> float:
     """Assumed damping ratio of the front: of the frame alone, or of the frame with a rider fixed to it."""
-    return ASSUMED["saddle_damping_ratio" if moving_rider else "damping_ratio"].usual
+    return ASSUMED["bare_damping_ratio" if moving_rider else "damping_ratio"].usual
 
 
 def settings_of(
@@ -415,6 +433,7 @@ def settings_of(
     rider: str | None = None,
     posture: str | None = None,
     common_error: float = 1.0,
+    rider_saddle: bool = False,
 ) -> Settings:
     """Read the study of a model file, or of a bicycle with everything else assumed."""
     if not 0 <= common_error <= 1:
@@ -435,6 +454,8 @@ def settings_of(
     if posture is not None and rider is None:
         raise InputError(f"--posture {posture} requires --rider, or a packaged bicycle with a rider in this posture")
     if model is not None:
+        if rider_saddle:
+            raise InputError(f"--rider-saddle: write [effects.{SADDLE}] into {model} instead")
         for option, value in (("bicycle", bicycle), ("rider", rider)):
             if value is not None:
                 raise InputError(
@@ -450,10 +471,15 @@ def settings_of(
     if rider is not None:
         if bicycle is None:
             raise InputError(f"--rider {rider} requires --bicycle, for example --bicycle pista")
-        ridden, postures = _with_rider(bicycle, rider, posture)
-        return Settings(ridden, front=assumed_front(ridden), postures=postures, **tyre_options)
-    chosen = load_bicycle(bicycle or DEFAULT_BICYCLE)
-    return Settings(chosen, front=assumed_front(chosen), postures=_packaged_postures(chosen), **tyre_options)
+        chosen, postures = _with_rider(bicycle, rider, posture)
+    else:
+        chosen = load_bicycle(bicycle or DEFAULT_BICYCLE)
+        postures = _packaged_postures(chosen)
+    if rider_saddle and chosen["mB"] < LIGHTEST_RIDDEN:
+        raise InputError(f"--rider-saddle: {chosen.name} has no rider; choose a bicycle with one, or give --rider")
+    further: dict[str, Table] = {SADDLE: {}} if rider_saddle else {}
+    front = assumed_front(chosen, moving_rider=rider_saddle)
+    return Settings(chosen, front=front, further=further, postures=postures, **tyre_options)
 
 
 def read_pressures(text: str | None) -> tuple[float, ...]:
@@ -481,7 +507,11 @@ def _read_model_file(model: str) -> dict[str, Any]:
             f"velotyre critical {model} for this model"
         )
     plain_tables, _ = plain_effects(read_toml(Path(model), "model file").get("effects", {}))
-    tables = _with_numbers(plain_tables, whole)
+    folder = Path(model).parent
+    with_rider = {
+        name: with_rider_body(effect_class(name), table, whole.bicycle, folder) for name, table in plain_tables.items()
+    }
+    tables = _with_numbers(with_rider, whole)
     contact, front, arms = (tables.pop(name, None) for name in (LAW, "front_compliance", "rider_arms"))
     tables.pop(DEFAULT_CONTACT, None)
     for name in ("trail", "twisting"):  # an empty table states no number: the study assumes one of every tyre

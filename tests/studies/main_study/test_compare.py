@@ -191,7 +191,7 @@ def known():
 def test_draws_fill_their_ranges():
     settings = small(fronts=128)
     found = main_study.front_draws(settings)
-    for name, (low, high) in vars(settings.ranges).items():
+    for name, (low, high) in settings.ranges.drawn.items():
         values = found[name]
         assert values.shape == (128,)
         assert low <= values.min() < values.max() <= high

@@ -130,6 +130,7 @@ def test_the_damping_of_a_bare_frame_under_a_fixed_rider_contradicts_what_riders
         return told(replace(racing, settings=settings, results=results))
 
     assert words in screen_of(bare)
+    assert "contradicts" not in screen_of(replace(bare, further={"rider_saddle": {"mass": 70.0}}))
     assert "contradicts" not in screen_of(replace(bare, front=Front(from_file=True)))
     riderless = replace(bare, bicycle=bare.bicycle.replace(mB=9.0))
     assert "contradicts" not in screen_of(riderless)

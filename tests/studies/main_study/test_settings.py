@@ -6,6 +6,8 @@ from small_study import exactly_known, own_table, small
 
 from bicycle import available_bicycles, load_bicycle
 from bicycle.files import to_toml
+from bicycle.parameters import Bicycle
+from bicycle.rider import seated_rider
 from studies import main_study
 from tests.shared.refusals import refuses
 from tyre.ground import InputError
@@ -46,7 +48,9 @@ def test_what_a_model_file_gives_narrows_its_own_range_and_no_other():
     damper = small(further={"steer_damper": {"damping": 2.0}}).ranges
     assert damper.friction == (0.0, 0.0)
     assert damper.damping_ratio == assumed.damping_ratio  # of the front
-    saddle = small(further={"rider_saddle": {}}).ranges
+    saddle = small(further={"rider_saddle": {"mass": 70.0}}).ranges
+    assert (saddle.saddle_stiffness, saddle.saddle_damping_ratio) == ((2e3, 4e4), (0.1, 0.5))
+    assert (assumed.saddle_stiffness, assumed.saddle_damping_ratio) == (None, None)
     assert saddle.damping_ratio == (0.01, 0.10)  # of the frame alone
 
 
@@ -215,3 +219,29 @@ def test_a_front_frame_without_a_damping_has_that_of_frame_and_seated_rider(mode
     assert settings.front.damping_ratio == pytest.approx(ratio, rel=1e-12)
     assert settings.front.defaults == (("stiffness",) if effects else ("stiffness", "damping_ratio"))
     assert settings.front.stiffness == main_study.Front().stiffness  # the default of the effect is that of the study
+
+
+def test_the_rider_turns_on_the_saddle_with_one_option(model):
+    settings = main_study.settings_of(rider_saddle=True)
+    assert settings.further == {"rider_saddle": {}}
+    assert settings.front.damping_ratio == 0.03  # of the frame alone
+    assert settings.ranges.damping_ratio == (0.01, 0.10)
+    with pytest.raises(InputError, match="--rider-saddle: write .effects.rider_saddle. into .*mine.toml instead"):
+        main_study.settings_of(model(TYRE), rider_saddle=True)
+    with pytest.raises(InputError, match="--rider-saddle: pista has no rider; choose a bicycle with one"):
+        main_study.settings_of(bicycle="pista", rider_saddle=True)
+
+
+def test_a_rider_known_by_the_bicycle_without_him_follows_the_samples_of_the_bicycle(model):
+    """The frame that remains is that of the bicycle without rider, whatever the bicycle with rider weighs."""
+    rider = '[effects.rider_saddle]\nwithout_rider = "pista"\n'
+    settings = main_study.settings_of(model(TYRE + rider, bicycle="pista_charlie_drops"), pressures="5.5")
+    heavier = settings.bicycle.values | {"mB": 90.0, "xB": 0.45, "zB": -1.05, "IBxx": 9.1, "IBzz": 3.3, "IBxz": 0.9}
+    body = {key.split(".")[1]: value for key, value in main_study.follow(settings, settings.reference, heavier).items()
+            if key.startswith("rider_saddle")}  # fmt: skip
+    assert (body.pop("mass_share"), body.pop("inertia_share")) == (1.0, 1.0)
+    expected = seated_rider(Bicycle("heavier", heavier), load_bicycle("pista"))
+    assert body == pytest.approx(expected, rel=1e-9)
+    case = main_study.tyre_cases(settings).studied[0]
+    uncertain = main_study.uncertainty(settings, case, settings.reference)
+    assert None not in list(main_study.draws(settings, case, uncertain, 20))
