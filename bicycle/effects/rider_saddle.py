@@ -7,6 +7,7 @@ from bicycle.effects.effect import ANY, Mode, MovingBody, Parameter
 from bicycle.equations.lateral import ModelBuilder
 
 ASSUMED = "assumed: five riders were shaken in yaw by Doria et al. (2012), but their values are not public"
+# Bounds of a share: a body without mass and inertia would leave its hinge without inertia.
 PACKAGED = "packaged bicycles with and without rider: "
 
 
@@ -23,7 +24,7 @@ class RiderSaddle(MovingBody):
     mass_share = Parameter(
         "1",
         "of mass that is the rider's; 1 where mass is given",
-        bounds=(0.0, 1.0),
+        bounds=(0.1, 1.0),
         typical=(0.78, 0.98),
         evidence=f"{PACKAGED}0.78 to 0.95",
         default=0.93,
@@ -36,7 +37,7 @@ class RiderSaddle(MovingBody):
     inertia_share = Parameter(
         "1",
         "of Ixx, Izz and Ixz that is the rider's; 1 where one of them is given",
-        bounds=(0.0, 1.0),
+        bounds=(0.1, 1.0),
         typical=(0.5, 1.0),
         evidence=f"{PACKAGED}0.53 to 0.92",
         default=0.85,

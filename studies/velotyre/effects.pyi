@@ -730,7 +730,7 @@ class RiderSaddle(Effect):
         Of the body; typical 50 .. 100, allowed 0 .. inf.
     mass_share : float, dimensionless, default 0.93
         Of mass that is the rider's; 1 where mass is given; typical 0.78 .. 0.98 (packaged bicycles with and without
-        rider: 0.78 to 0.95), allowed 0 .. 1.
+        rider: 0.78 to 0.95), allowed 0.1 .. 1.
     x : float, m, default xB of the bicycle
         Mass centre; typical 0.3 .. 0.5, allowed any.
     z : float, m, default zB of the bicycle
@@ -743,7 +743,7 @@ class RiderSaddle(Effect):
         Tensor entry; typical -2 .. 2, allowed any.
     inertia_share : float, dimensionless, default 0.85
         Of Ixx, Izz and Ixz that is the rider's; 1 where one of them is given; typical 0.5 .. 1 (packaged bicycles
-        with and without rider: 0.53 to 0.92), allowed 0 .. 1.
+        with and without rider: 0.53 to 0.92), allowed 0.1 .. 1.
     joint_x : float, m, default 0.2
         Saddle, ahead of the rear contact; typical 0.1 .. 0.3 (hips of two riders on three measured bicycles: 0.17
         to 0.21), allowed any.

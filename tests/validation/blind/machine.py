@@ -105,6 +105,13 @@ def plan_bodies(p: Values, effects: Effects, extras: Extras) -> tuple[Plan, int,
     if extras.rear_twist[0]:
         hub = plan.join("rear_twist", Joint(frame, (np.cos(0.9), 0, -np.sin(0.9)), (p["xB"], 0, p["zB"])))
         plan.sprung["rear_twist"] = extras.rear_twist
+    if "rider_saddle" in effects:
+        e = effects["rider_saddle"]
+        seat = plan.join("rider_saddle", Joint(frame, (0, 0, 1), (e["joint_x"], 0, 0)))
+        seated = Body(seat, e["mass"], (e["x"], 0, e["z"]), tensor(e["Ixx"], e["Izz"], e["Ixz"]))
+        rear = without(rear, seated)
+        plan.bodies.append(seated)
+        plan.sprung["rider_saddle"] = (e["stiffness"], e["damping"])
     if "rider_lean" in effects:
         e = effects["rider_lean"]
         waist = plan.join("rider", Joint(frame, (1, 0, 0), (0, 0, e["joint_z"])))
