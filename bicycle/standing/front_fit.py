@@ -25,10 +25,11 @@ from tyre.ground.errors import InputError
 
 FRONT, FORK = "front_compliance", "fork_bending"
 TURNING = ("steer_damper", "steer_spring")  # what acts on a handlebar that is free
-FORK_LENGTH = 0.2
-"""Assumed height (m) of the fork's joint above the hub; wobble hardly depends on it."""
+FORK_LENGTH = (0.2, 0.06)
+"""Assumed height (m) of the fork's joint above the hub and its sd; wobble hardly depends on it."""
 ASSUMED_HEIGHT = (0.35, 0.1)
 """Height of the hinge above the hub and its sd (m), assumed where the readings leave it open."""
+REACH = 1.959964  # standard uncertainties of a normal number within which 95 % lie
 OPEN = 0.8
 """Share of a prior's sd above which the readings leave a number open."""
 POOR = 5e-3
@@ -59,6 +60,7 @@ SWAY_HEIGHT = replace(HEIGHT, prior=(1.35, 1.0))  # in beam frames 1.07 to 1.95 
 USUAL_HEIGHT = replace(HEIGHT, prior=(0.35, 0.15))
 TIME = Unknown("log_time", math.log(1e-6), math.log(1.0), 1e-4)  # s
 FORK_STIFFNESS = Unknown("log_fork_stiffness", math.log(50.0), math.log(1e7), 1e-4)  # N m/rad
+LENGTH = Unknown("fork_length", 0.02, 0.5, 1e-4, FORK_LENGTH)  # m above the hub
 ROTATION = Unknown("log_rotation", math.log(50.0), math.log(1e7), 1e-4, (math.log(1e4), 1.5))  # N m/rad
 LATERAL = Unknown("log_lateral", math.log(1e3), math.log(1e9), 1e-4, (math.log(2e5), 1.5))  # N/m
 HOLD_SHARE = Unknown("hold_share", -0.2, 1.0, 1e-4, (0.4, 0.1))  # of the wheelbase, before the rear contact
@@ -95,10 +97,10 @@ ONE_ROWS = [(2000.0, 0.3), (8000.0, 0.3), (4000.0, 0.6), (15000.0, 1.1)]
 ONE_HINGE = Hypothesis("one hinge", (STIFFNESS, HEIGHT), _starts(ONE_ROWS, ("log_stiffness", "height")))
 TWO_JOINTS = Hypothesis(
     "two joints",
-    (STIFFNESS, SWAY_HEIGHT, FORK_STIFFNESS),
+    (STIFFNESS, SWAY_HEIGHT, FORK_STIFFNESS, LENGTH),
     _starts(
-        [(15000.0, 1.0, 5000.0), (5000.0, 0.6, 8000.0), (40000.0, 1.8, 4000.0)],
-        ("log_stiffness", "height", "log_fork_stiffness"),
+        [(15000.0, 1.0, 5000.0, 0.2), (5000.0, 0.6, 8000.0, 0.2), (40000.0, 1.8, 4000.0, 0.2)],
+        ("log_stiffness", "height", "log_fork_stiffness", "fork_length"),
     ),
 )
 NOT_HELD = Hypothesis(
@@ -168,13 +170,13 @@ class FrontFit:
         place = self.hypothesis.unknowns.index(unknown)
         return float(self.theta[place]), math.sqrt(max(self.covariance[place, place], 0.0))
 
-    def value_interval(self, key: str, reach: float = 1.959964) -> tuple[float, float]:
+    def value_interval(self, key: str, reach: float = REACH) -> tuple[float, float]:
         """Ends of the 95 % interval of one of the positive :attr:`values` (SI), even in its logarithm."""
         value = self.values[key]
         factor = _exp(reach * self.sd(key) / value)
         return value / factor, value * factor
 
-    def interval(self, unknown: Unknown, reach: float = 1.959964) -> tuple[float, float]:
+    def interval(self, unknown: Unknown, reach: float = REACH) -> tuple[float, float]:
         """Ends of the 95 % interval of a stiffness (of its logarithm, turned back), a time, or a height (m)."""
         x, sd = self.coordinate(unknown)
         ends = x - reach * sd, x + reach * sd
@@ -280,7 +282,7 @@ def front_values(x: Mapping[str, Array], values: Mapping[str, Array]) -> dict[st
     if "log_fork_stiffness" in x:
         fork = np.exp(x["log_fork_stiffness"])
         front |= {f"{FORK}.stiffness": fork, f"{FORK}.damping": time * fork}
-        front[f"{FORK}.length"] = np.full(len(fork), FORK_LENGTH)
+        front[f"{FORK}.length"] = x["fork_length"]
     if "log_rotation" in x:
         hold = np.exp(x["log_rotation"]), np.exp(x["log_lateral"]), x["hold_share"] * values["w"], -x["hold_height"]
         front |= dict(zip(SUPPORT, hold, strict=True))
@@ -326,15 +328,33 @@ def fit_front(
         return replace(best[0], others=tuple(best[1:]))
     guided = _solve_all(replace(problem, hypothesis=_with_prior(hypothesis)))
     if guided[0].height[1] > OPEN * ASSUMED_HEIGHT[1]:
-        return replace(guided[0], height_assumed=True)
+        return _widen_by_height(problem, guided[0])
     best = _solve_all(problem, [fit.theta for fit in guided])
     return replace(best[0], others=tuple(best[1:]))
 
 
-def _with_prior(hypothesis: Hypothesis) -> Hypothesis:
-    """The hypothesis with the assumed height of the hinge."""
-    unknowns = tuple(replace(u, prior=ASSUMED_HEIGHT) if u is HEIGHT else u for u in hypothesis.unknowns)
+def _with_prior(hypothesis: Hypothesis, prior: tuple[float, float] = ASSUMED_HEIGHT) -> Hypothesis:
+    """The hypothesis with an assumed height of the hinge."""
+    unknowns = tuple(replace(u, prior=prior) if u is HEIGHT else u for u in hypothesis.unknowns)
     return replace(hypothesis, unknowns=unknowns)
+
+
+def _widen_by_height(problem: "_Problem", fit: FrontFit) -> FrontFit:
+    """The fit with the variance of the stiffness that an assumed height has at both ends of its interval.
+
+    The inertia about the hinge grows faster than in proportion to its height: the slope at the middle says too little.
+    """
+    height, sd = fit.height
+    places = [u.name for u in fit.hypothesis.unknowns]
+    stiffness = places.index(STIFFNESS.name)
+    moves = []
+    for sign in (1.0, -1.0):
+        fixed = _with_prior(problem.hypothesis, (height + sign * REACH * sd, 1e-3 * sd))
+        theta, _, _ = replace(problem, hypothesis=fixed).minimise(fit.theta)
+        moves.append(abs(theta[stiffness] - fit.theta[stiffness]) / REACH)
+    covariance = fit.covariance.copy()
+    covariance[stiffness, stiffness] = max(covariance[stiffness, stiffness], (moves[0] ** 2 + moves[1] ** 2) / 2)
+    return replace(fit, covariance=covariance, height_assumed=True)
 
 
 def _problem(readings: Readings, model: Model, hypothesis: Hypothesis, stated_sd: Mapping[str, float]) -> _Problem:

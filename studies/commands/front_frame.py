@@ -21,21 +21,35 @@ if TYPE_CHECKING:
         "velotyre front-frame --head-tube 95 --fork 45",
         "velotyre front-frame --head-tube 95 --fork 45 --bicycle pista --out pista_front.toml",
         "velotyre front-frame --ground-mm 32.7 --ground-kg 20 --bicycle pista",
+        "velotyre front-frame --plan",
     ),
 )
 @verbose
 @click.argument("file", metavar="[FILE]", type=PATH, required=False)
 @takes_published_figures
+@click.option("--plan", "show_plan", is_flag=True, help="Print what to hold, hang and tap in half an hour; exit.")
 @click.option("--bicycle", help="Bicycle: a packaged name or a file; needed for --out. [default: that of FILE]")
 @click.option("--out", metavar="FILE.toml", type=PATH, help="Model file to write, .toml.")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 @click.option("--force", is_flag=True, help="Overwrite existing files.")
 def command(
-    file: Path | None, bicycle: str | None, out: Path | None, json_file: str | None, *, force: bool, **published: Any
+    file: Path | None,
+    bicycle: str | None,
+    out: Path | None,
+    json_file: str | None,
+    *,
+    show_plan: bool,
+    force: bool,
+    **published: Any,
 ) -> None:
     from studies.front_frame.published import map_figures, read_map
     from tyre.ground.errors import InputError
 
+    if show_plan:
+        from studies.standing.plan import plan
+
+        click.echo(plan(bicycle or "mine.toml"))
+        return
     if file is not None:
         from studies.standing.front_file import report_front_file
 
@@ -47,7 +61,8 @@ def command(
     figures = stated_figures(published)
     if figures is None:
         raise InputError(
-            "give published figures, --head-tube and --fork or --ground-mm and --ground-kg, or a FILE of measurements"
+            "give published figures, --head-tube and --fork or --ground-mm and --ground-kg, or a FILE of measurements; "
+            "--plan says how to measure"
         )
     _report_published(map_figures(figures, read_map()), figures, bicycle, out, json_file, force=force)
 

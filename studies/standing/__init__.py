@@ -2,7 +2,7 @@
 
 from tyre.ground.door import room
 
-HOME = {"front_file": ("report_front_file",)}
+HOME = {"front_file": ("report_front_file",), "plan": ("plan",)}
 """Module -> the names that it gives to other rooms; each is imported when it is first used."""
 
 __getattr__, __dir__ = room(__name__, HOME)

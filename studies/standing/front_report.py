@@ -159,7 +159,7 @@ def _shown_joint(fit: FrontFit, name: str) -> ShownJoint:
     damping = f"{name}.damping"
     low, high = fit.value_interval(stiffness)
     has_damping = fit.values[damping] > 0
-    height = Number(*fit.height) if name == FRONT else Number(fit.values[f"{FORK}.length"], 0.0)
+    height = Number(*fit.height) if name == FRONT else Number(fit.values[f"{FORK}.length"], fit.sd(f"{FORK}.length"))
     return ShownJoint(
         name,
         Number(fit.values[stiffness], fit.sd(stiffness)),
