@@ -36,7 +36,11 @@ WIDER_DAMPING = (
 HOLD_SOFTEST = 4e3  # N m/rad: half its compliance is one prior sd of a hold
 LATERAL_PER_ROTATION = 16.0  # 1/m^2, stiffness of a hold to the side over that in rotation: two arms of 0.25 m
 HOLD_PLACE = (0.4, 0.5)  # share of the wheelbase, m above the ground
-QUANTITIES = {"deflection": ("deflection, mm", 1000.0), "frequency": ("frequency, Hz", 1.0), "damping ratio": ("", 1.0)}
+QUANTITIES = {
+    "deflection": ("deflection, mm", 1000.0),
+    "frequency": ("frequency, Hz", 1.0),
+    "damping ratio": ("damping ratio", 1.0),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,10 +157,10 @@ class StandingKind(BicycleKind, kind="standing"):
         order = np.arange(len(used), dtype=float)
         fold = folds(groups, order.tolist(), [f"{k:06d}" for k in range(len(used))])
         displays = {
-            name: Series(name, name, "number of the reading", *QUANTITIES.get(name, (name, 1.0)))
+            name: Series("tap" if name != "deflection" else "load", name, "reading", *QUANTITIES.get(name, (name, 1.0)))
             for name in dict.fromkeys(quantities)
         }
-        return Rows(tuple(labels), order, tuple(quantities), fold, displays=displays, axis="number of the reading")
+        return Rows(tuple(labels), order, tuple(quantities), fold, displays=displays, axis="reading")
 
     def predict(self, candidates: Candidates, theta: Array) -> Array:
         return self._predict(candidates, theta[None])[0]
