@@ -41,6 +41,7 @@ QUANTITIES = {
     "frequency": ("frequency, Hz", 1.0),
     "damping ratio": ("damping ratio", 1.0),
 }
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,7 +107,9 @@ class StandingKind(BicycleKind, kind="standing"):
         return {name: why for name, why in reasons.items() if why}
 
     def assumptions(self) -> tuple[str, ...]:
-        return (f"the rear frame was held ({self.held}), the front wheel in the air",)
+        held = f"the rear frame was held ({self.held}), the front wheel in the air"
+        rigid = f"a front frame that is rigid in the base model is taken to vibrate at {RIGID_HZ:g} Hz"
+        return (held, rigid)
 
     # ---- physics ----
 
