@@ -2,14 +2,15 @@
 
 24 pairs: four packaged frames, both measured riders, three postures. A rider is seated by
 :func:`bicycle.rider.rider_on_bicycle` and joined to the rear frame as one rigid body. Frames are those of sporting
-bicycles, as nearly all of the reports: a track, a mountain and a road bicycle, and the Davis bicycle, whose 20 kg of
-instruments stand for a loaded touring bicycle. The city bicycles Browser and Crescendo are a population of their own.
+bicycles, as nearly all of the reports: Pista (track), Fisher (mountain), Yellow, and the Davis bicycle, 20 kg heavier
+with its instruments, which stands for a loaded touring bicycle. The city bicycles Browser and Crescendo are a
+population of their own.
 
 Each draw takes one of three measured tyres at one of three measured pressures, under the static loads.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -21,6 +22,7 @@ from bicycle.effects import WHEELS
 from bicycle.model import eigenvalues, frequency_hz
 from bicycle.parameters import critical_damping, front_inertia
 from bicycle.rider import SeatGeometry, packaged_geometry, read_geometry, read_rider, rider_on_bicycle
+from studies.main_study import ASSUMED, LIMITS
 from tyre import TyreMap
 from tyre.ground import data_root
 
@@ -37,16 +39,17 @@ TYRES = ("Tyre1", "Tyre2", "Tyre3")
 PRESSURES = (3.5e5, 5.5e5, 7.5e5)  # Pa, measured
 
 SPEEDS = np.arange(0.5, 30.01, 0.5)  # m/s
-WOBBLE_HZ = (4.0, 15.0)  # weave is slower; near rest the wheels vibrate on their tyres at 16 to 20 Hz
-GROWTH = 0.5  # 1/s, tenfold in 5 s: slower growth is none that a rider notices
+WOBBLE_HZ = (LIMITS.wobble_hz, LIMITS.tyres_hz)  # weave is slower, the wheels' vibration on their tyres faster
+GROWTH = LIMITS.growth  # 1/s
 OFF, ON = (5.0, 15.0), (5.0, 22.0)  # m/s, between which wobble is counted, hands off and on
-SLOW = 4.0  # m/s; growth at it is growth below it: nobody reports one there
+SLOW = LIMITS.hands_off  # m/s; growth at it is growth below it: nobody reports one there
 
 EFFECTS = ("camber_thrust", "front_compliance", "pneumatic_trail", "relaxation_length", "rider_arms", "steer_damper",
            "twisting_torque")  # fmt: skip
-RELAXED = {"arm_inertia": 0.1, "arm_stiffness": 5.0, "arm_damping": 1.0}  # kg m^2, N m/rad, N m s/rad
-TENSE = {"arm_inertia": 0.05, "arm_stiffness": 30.0, "arm_damping": 0.3}
-HANDS_OFF = {"arm_inertia": 0.0, "arm_stiffness": 0.0, "arm_damping": 0.0}
+OF_ARMS = ("arm_inertia", "arm_stiffness", "arm_damping")  # kg m^2, N m/rad, N m s/rad
+RELAXED = {name: ASSUMED[name].usual for name in OF_ARMS}
+TENSE = {name: ASSUMED[f"tense_{name}"].usual for name in OF_ARMS}
+HANDS_OFF = dict.fromkeys(OF_ARMS, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,10 +84,10 @@ class Rival:
 
 @dataclass(frozen=True, eq=False)
 class Assumption:
-    """Ranges from which every unmeasured number is drawn: logarithmically even, even where the lower end is 0."""
+    """Ranges from which every unmeasured number is drawn: logarithmically even, or even where the lower end is 0."""
 
-    # front frame: ``stiffness`` N m/rad and ``ratio`` of critical damping or ``damping`` N m s/rad, ``height`` m of its
-    # hinge; ``friction`` N m s/rad of the steering; ``camber_share`` 1/rad of the load, ``trail`` m and ``twisting``
+    # front frame: ``stiffness`` N m/rad and ``damping_ratio`` or ``damping`` N m s/rad, ``height`` m of its hinge;
+    # ``friction`` N m s/rad of the steering; ``camber_share`` 1/rad of the load, ``trail`` m and ``twisting``
     # N m/rad of both tyres; ``arm_*`` kg m^2, N m/rad, N m s/rad
     ranges: Ranges
     rivals: tuple[Rival, ...] = ()
@@ -161,10 +164,12 @@ def parameters(
         "pneumatic_trail.trail": drawn["trail"],
         "twisting_torque.twisting_stiffness": drawn["twisting"],
     }
-    if "ratio" in drawn:
+    if "damping_ratio" in drawn:
         places = zip(joint_x, -height, strict=True)
         inertia = [front_inertia(p, joint_x=x, joint_z=z, axis_tilt=p["lam"]) for x, z in places]
-        numbers["front_compliance.damping"] = drawn["ratio"] * critical_damping(drawn["stiffness"], np.array(inertia))
+        numbers["front_compliance.damping"] = drawn["damping_ratio"] * critical_damping(
+            drawn["stiffness"], np.array(inertia)
+        )
     else:
         numbers["front_compliance.damping"] = drawn["damping"]
     for wheel, load in zip(WHEELS, loads, strict=True):
@@ -187,7 +192,7 @@ def tyre_numbers(which: Array, pressure: Array, load: float) -> tuple[Array, Arr
 
 def arms(drawn: Mapping[str, Any]) -> dict[str, Any]:
     """Parameters (SI) of the hands on the handlebar."""
-    return {f"rider_arms.{name}": drawn[f"arm_{name}"] for name in ("inertia", "stiffness", "damping")}
+    return {f"rider_arms.{name.removeprefix('arm_')}": drawn[name] for name in OF_ARMS}
 
 
 @cache
@@ -256,7 +261,6 @@ class Population:
     members: tuple[Pair, ...]
     off: Hands
     on: Hands
-    numbers: dict[str, Array] = field(default_factory=dict)  # quantity -> (pairs, draws)
 
     def counts(self) -> dict[str, float | None]:
         """What is compared with reports: shares of all draws; medians of onset (m/s), frequency (Hz) and its change."""
@@ -292,7 +296,6 @@ def median(values: Array) -> float | None:
 def populate(assumption: Assumption, *, draws: int, seed: int, members: tuple[Pair, ...]) -> Population:
     """Draw and compute a population; a draw of one seed has the same shares of all ranges under every assumption."""
     wobbles: dict[str, list[tuple[Array, Array]]] = {"off": [], "on": []}
-    everything: list[dict[str, Array]] = []
     for place, pair in enumerate(members):
         tyres, values, further = (np.random.default_rng([seed, place, stream]) for stream in range(3))
         drawn = draw(assumption.ranges, draws, values)
@@ -303,6 +306,5 @@ def populate(assumption: Assumption, *, draws: int, seed: int, members: tuple[Pa
         models = family(pair, [rival.effect for rival in assumption.rivals])
         wobbles["off"].append(wobble(models, numbers | arms(HANDS_OFF)))
         wobbles["on"].append(wobble(models, numbers | arms(drawn)))
-        everything.append(drawn)
     off, on = (Hands(*map(np.array, zip(*wobbles[hands], strict=True))) for hands in ("off", "on"))
-    return Population(members, off, on, {name: np.array([one[name] for one in everything]) for name in everything[0]})
+    return Population(members, off, on)

@@ -1,7 +1,8 @@
 """Effects that may be missing behind a wobble that a bicycle with a fixed rider has and riders do not report.
 
-A body that is part of the rear frame is taken out of it and put back on sprung, damped joints. None of the stiffnesses
-was measured: their ranges are assumed.
+Yaw and roll of a seated rider are effects of the package. The others are declared here: a body that is part of the rear
+frame, or of the seated rider, is taken out of it and put back on a sprung, damped joint. None of the stiffnesses was
+measured: their ranges are assumed.
 """
 
 import math
@@ -21,7 +22,7 @@ HINGE_HEIGHT = 0.65  # m, of the axis about which a main frame twists
 
 
 class MovingBody(Effect):
-    """A body taken out of the rear frame and put back on joints."""
+    """A part of the rider on a joint."""
 
     mass = Parameter("kg", "of the moving body", typical=(10.0, 100.0))
     x = Parameter("m", "mass centre", bounds=ANY, typical=(0.0, 1.0))
@@ -29,70 +30,56 @@ class MovingBody(Effect):
     Ixx = Parameter("kg m^2", "moment of inertia", typical=(0.5, 15.0))
     Izz = Parameter("kg m^2", "moment of inertia", typical=(0.5, 15.0))
     Ixz = Parameter("kg m^2", "tensor entry", bounds=ANY, typical=(-2.0, 2.0))
-    joint_x = Parameter("m", "a point of the joints", bounds=ANY, typical=(0.0, 1.0))
-    joint_z = Parameter("m", "a point of the joints, z down", bounds=ANY, typical=(-1.5, 0.0))
-    body_name: ClassVar[str] = "rider"
-    part_of: ClassVar[str] = ""  # body that contains it; empty: the rear frame
+    body_name: ClassVar[str]
 
     def move(self, model: ModelBuilder) -> None:
-        """Take the body out of what contains it, and add it on its own."""
+        """Take the body out of what holds the rider, and add it on its own."""
         place, inertia = (self.x, self.z), (self.Ixx, self.Izz, self.Ixz)
-        model.add_body(Body(self.body_name, self.mass, *place, *inertia))
         less = tuple(-value for value in inertia)
-        model.add_body(Body(f"{self.body_name} taken out", -self.mass, *place, *less, fixed_to=self.part_of))
-
-
-class SaddleYaw(MovingBody):
-    """The rider turns about the vertical through the saddle."""
-
-    identifier = "saddle_yaw"
-    yaw_stiffness = Parameter("N m/rad", "of the hinge", typical=(2e3, 4e4))
-    yaw_damping = Parameter("N m s/rad", "of the hinge", typical=(20.0, 500.0))
-
-    def apply(self, model: ModelBuilder) -> None:
-        self.move(model)
-        self.turn(model, "lean")
-
-    def turn(self, model: ModelBuilder, parent: str) -> None:
-        """Add the vertical hinge to a ``parent``."""
-        point = (self.joint_x, 0)
-        yaw = model.add_joint("saddle yaw", axis=(0, 1), point=point, carries={"rider"}, hangs_on=parent)
-        model.add_torque(yaw, -self.yaw_stiffness * yaw.angle - self.yaw_damping * yaw.rate)
+        model.add_body(Body(self.body_name, self.mass, *place, *inertia))
+        model.add_body(Body(f"{self.body_name} taken out", -self.mass, *place, *less, fixed_to=model.rider_body))
 
 
 class SaddleSway(MovingBody):
-    """The rider moves sideways on the saddle."""
+    """The whole rider moves sideways on the saddle, an angle of 1 / FAR per metre."""
 
     identifier = "saddle_sway"
+    body_name = "swaying rider"
     sway_stiffness = Parameter("N/m", "sideways, of saddle and body", typical=(1e4, 1e5))
     sway_damping = Parameter("N s/m", "sideways, of saddle and body", typical=(100.0, 3000.0))
 
     def apply(self, model: ModelBuilder) -> None:
         self.move(model)
-        self.sway(model)
-
-    def sway(self, model: ModelBuilder) -> None:
-        """Add the far hinge, an angle of 1 / FAR per metre."""
-        far = model.add_joint("saddle sway", axis=(1, 0), point=(0, FAR), carries={"rider"})
+        far = model.add_joint("saddle sway", axis=(1, 0), point=(0, FAR), carries={self.body_name})
         model.add_torque(far, -(FAR**2) * (self.sway_stiffness * far.angle + self.sway_damping * far.rate))
 
 
-class SaddleYawAndSway(SaddleSway, SaddleYaw):
-    """The rider moves sideways on the saddle, and turns on it."""
+class SwayOfASeatedRider(Effect):
+    """The same of the rider of rider_saddle, who also turns."""
 
-    identifier = "saddle_yaw_and_sway"
+    identifier = "sway_of_a_seated_rider"
+    requires = ("seated rider",)
+    rank = 2  # after the hinges that seat the rider
+    sway_stiffness = Parameter("N/m", "sideways, of saddle and body", typical=(1e4, 1e5))
+    sway_damping = Parameter("N s/m", "sideways, of saddle and body", typical=(100.0, 3000.0))
 
     def apply(self, model: ModelBuilder) -> None:
-        self.move(model)
-        self.sway(model)
-        self.turn(model, "saddle sway")
+        far = model.add_joint(
+            "saddle sway", axis=(1, 0), point=(0, FAR), carries={model.rider_body}, hangs_on=model.rider_joint
+        )
+        model.add_torque(far, -(FAR**2) * (self.sway_stiffness * far.angle + self.sway_damping * far.rate))
 
 
 class LegsSway(MovingBody):
-    """Both legs turn together about the line from hip to pedals: the knees move sideways."""
+    """Both legs turn together about the line from hip to pedals: the knees move sideways.
+
+    The line stays in the plane of the frame, also under a rider who turns on the saddle.
+    """
 
     identifier = "legs_sway"
     body_name = "legs"
+    hip_x = Parameter("m", "hip, a point of the line", bounds=ANY, typical=(0.0, 1.0))
+    hip_z = Parameter("m", "hip, z down", bounds=ANY, typical=(-1.5, 0.0))
     tilt = Parameter("rad", "of the line from hip to pedals below the horizontal", bounds=ANY, typical=(0.5, 1.6))
     legs_stiffness = Parameter("N m/rad", "of hips, and of knees on the top tube", typical=(50.0, 2000.0))
     legs_damping = Parameter("N m s/rad", "of hips, and of knees on the top tube", typical=(1.0, 50.0))
@@ -101,16 +88,9 @@ class LegsSway(MovingBody):
         import sympy
 
         self.move(model)
-        axis, point = (sympy.cos(self.tilt), sympy.sin(self.tilt)), (self.joint_x, self.joint_z)
+        axis, point = (sympy.cos(self.tilt), sympy.sin(self.tilt)), (self.hip_x, self.hip_z)
         swing = model.add_joint("legs", axis=axis, point=point, carries={"legs"})
         model.add_torque(swing, -self.legs_stiffness * swing.angle - self.legs_damping * swing.rate)
-
-
-class LegsOfATurningRider(LegsSway):
-    """The same where the rest of the rider turns on the saddle; the legs stay between hip and pedals."""
-
-    identifier = "legs_of_a_turning_rider"
-    part_of = "rider"
 
 
 class FrameTorsion(Effect):
@@ -133,16 +113,30 @@ class FrameTorsion(Effect):
 
 
 def whole_rider(pair: Pair) -> dict[str, float]:
-    """The rider's body, and the hip over the saddle as a point of the joints."""
-    hip = pair.seated.contacts.hip
-    return _numbers(pair.seated.body) | {"joint_x": float(hip[0]), "joint_z": float(hip[1])}
+    """The rider's body."""
+    return _numbers(pair.seated.body)
+
+
+def on_the_saddle(pair: Pair) -> dict[str, float]:
+    """The rider's body, with the hip over the saddle on the hinge of rider_saddle."""
+    return whole_rider(pair) | {"inertia_share": 1.0, "joint_x": float(pair.seated.contacts.hip[0])}
+
+
+def hip_height(pair: Pair) -> dict[str, float]:
+    """Height of the hinge of a rolling rider."""
+    return {"joint_z": float(pair.seated.contacts.hip[1])}
+
+
+def rolling_alone(pair: Pair) -> dict[str, float]:
+    """The rider's body on the hinge of rider_lean."""
+    return whole_rider(pair) | hip_height(pair)
 
 
 def both_legs(pair: Pair) -> dict[str, float]:
     """Thighs, shanks and feet, and the line from hip to pedals."""
     hip, pedals = pair.seated.contacts.hip, pair.seated.contacts.pedals
     line = pedals - hip
-    place = {"joint_x": float(hip[0]), "joint_z": float(hip[1]), "tilt": math.atan2(line[1], line[0])}
+    place = {"hip_x": float(hip[0]), "hip_z": float(hip[1]), "tilt": math.atan2(line[1], line[0])}
     return _numbers(legs_body(pair)) | place
 
 
@@ -157,14 +151,21 @@ def _numbers(body: RigidBody) -> dict[str, float]:
     return {"mass": body.mass, "x": x, "z": z} | inertia
 
 
-def rider_inertias(pair: Pair) -> dict[str, float]:
-    """Inertia about the vertical through the hip and about the hip's axis along x, kg m^2; mass sideways, kg."""
+def yaw_inertia(pair: Pair) -> dict[str, float]:
+    """Inertia of the rider about the vertical through the hip, kg m^2."""
     body, hip = pair.seated.body, pair.seated.contacts.hip
-    return {
-        "yaw_": float(body.inertia[2, 2] + body.mass * (body.centre[0] - hip[0]) ** 2),
-        "": float(body.inertia[0, 0] + body.mass * (body.centre[2] - hip[1]) ** 2),
-        "sway_": body.mass,
-    }
+    return {"": float(body.inertia[2, 2] + body.mass * (body.centre[0] - hip[0]) ** 2)}
+
+
+def roll_inertia(pair: Pair) -> dict[str, float]:
+    """Inertia of the rider about the axis along x through the hip, kg m^2."""
+    body, hip = pair.seated.body, pair.seated.contacts.hip
+    return {"": float(body.inertia[0, 0] + body.mass * (body.centre[2] - hip[1]) ** 2)}
+
+
+def swaying_mass(pair: Pair) -> dict[str, float]:
+    """Mass of the rider, kg."""
+    return {"sway_": pair.seated.body.mass}
 
 
 def legs_inertia(pair: Pair) -> dict[str, float]:
@@ -181,23 +182,15 @@ def torsion_inertia(pair: Pair) -> dict[str, float]:
     return {"": float(front_inertia(pair.bicycle.values, joint_x=0.0, joint_z=-HINGE_HEIGHT, axis_tilt=0.0))}
 
 
-def without_joint_x(pair: Pair) -> dict[str, float]:
-    """The rider's body as ``rider_lean`` takes it."""
-    return {name: value for name, value in whole_rider(pair).items() if name != "joint_x"}
-
-
-YAW: Ranges = {"yaw_stiffness": (2e3, 4e4), "yaw_ratio": (0.1, 0.5)}
+ROLL: Ranges = {"stiffness": (1e3, 5e3), "ratio": (0.1, 0.5)}
 SWAY: Ranges = {"sway_stiffness": (1e4, 1e5), "sway_ratio": (0.1, 0.5)}
-LEGS: Ranges = {"legs_stiffness": (50.0, 2000.0), "legs_ratio": (0.1, 0.5)}
 
-saddle_yaw = Rival(SaddleYaw, YAW, whole_rider, rider_inertias)
-saddle_sway = Rival(SaddleSway, SWAY, whole_rider, rider_inertias)
-saddle_yaw_and_sway = Rival(SaddleYawAndSway, YAW | SWAY, whole_rider, rider_inertias)
-saddle_roll = Rival(
-    effect_class("rider_lean"), {"stiffness": (1e3, 5e3), "ratio": (0.1, 0.5)}, without_joint_x, rider_inertias
-)
-legs = Rival(LegsSway, LEGS, both_legs, legs_inertia)
-legs_of_a_turning_rider = Rival(LegsOfATurningRider, LEGS, both_legs, legs_inertia)
+yaw = Rival(effect_class("rider_saddle"), {"stiffness": (2e3, 4e4), "ratio": (0.1, 0.5)}, on_the_saddle, yaw_inertia)
+roll = Rival(effect_class("rider_saddle_roll"), ROLL, hip_height, roll_inertia)  # together with yaw
+roll_alone = Rival(effect_class("rider_lean"), ROLL, rolling_alone, roll_inertia)
+sway = Rival(SwayOfASeatedRider, SWAY, inertia=swaying_mass)  # together with yaw
+sway_alone = Rival(SaddleSway, SWAY, whole_rider, swaying_mass)
+legs = Rival(LegsSway, {"legs_stiffness": (50.0, 2000.0), "legs_ratio": (0.1, 0.5)}, both_legs, legs_inertia)
 torsion = Rival(
     FrameTorsion,
     {"stiffness": (3e3, 2e4), "ratio": (0.01, 0.10)},
