@@ -119,7 +119,7 @@ def whole_rider(pair: Pair) -> dict[str, float]:
 
 def on_the_saddle(pair: Pair) -> dict[str, float]:
     """The rider's body, with the hip over the saddle on the hinge of rider_saddle."""
-    return whole_rider(pair) | {"inertia_share": 1.0, "joint_x": float(pair.seated.contacts.hip[0])}
+    return whole_rider(pair) | {"mass_share": 1.0, "inertia_share": 1.0, "joint_x": float(pair.seated.contacts.hip[0])}
 
 
 def hip_height(pair: Pair) -> dict[str, float]:

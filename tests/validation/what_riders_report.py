@@ -60,7 +60,7 @@ STIFF = 10000.0  # N m/rad
 
 def shipped_ranges(arms_of_case: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Ranges of the package's main study, SI; arms of a case, relaxed or tense, are varied by a factor."""
-    ranges = dict(vars(Ranges()))
+    ranges = dict(Ranges().drawn)
     middle = -ASSUMED["joint_z"].usual
     low, high = ranges.pop("hinge")
     ranges["height"] = (middle + low, middle + high)
@@ -82,7 +82,7 @@ FORMER = Assumption(
     }
 )
 """As assumed until November 2026: the front frame's damping without its inertia, one range for all arms."""
-BARE = SHIPPED.with_ranges(damping_ratio=ASSUMED["saddle_damping_ratio"].ends)
+BARE = SHIPPED.with_ranges(damping_ratio=ASSUMED["bare_damping_ratio"].ends)
 TURNING = BARE.with_rivals(rivals.yaw)
 ROLLING = TURNING.with_rivals(rivals.roll)
 ROWS = {
@@ -144,7 +144,7 @@ def count(
 DEFAULT = "pista charlie drops"
 USUAL = {name: ASSUMED[name].usual for name in ("stiffness", "damping_ratio", "friction", "trail", "twisting")}
 USUAL |= {"height": -ASSUMED["joint_z"].usual, "camber_share": LIMITS.camber_share}
-ALONE = {"damping_ratio": ASSUMED["saddle_damping_ratio"].usual}  # of the frame without its rider
+ALONE = {"damping_ratio": ASSUMED["bare_damping_ratio"].usual}  # of the frame without its rider
 TURNS = {"stiffness": 12000.0, "ratio": 0.2}  # N m/rad; share of critical damping
 ROLLS = {"stiffness": 3000.0, "ratio": 0.2}
 BASES: Mapping[str, tuple[dict[str, float], dict[Rival, dict[str, float]]]] = {
