@@ -14,10 +14,11 @@ PLACES = {
         "wobble_edges", "wobble_span",
     ),
     "compare": (
-        "CRITICAL", "DAMPING", "Amplitude", "Change", "Check", "End", "Hinge", "Samples", "contact_models",
-        "decompose", "front_draws", "front_values", "hinges", "named_speeds", "sample_bicycles",
+        "CRITICAL", "DAMPING", "Amplitude", "Change", "Check", "End", "Hinge", "contact_models",
+        "decompose", "hinges", "named_speeds",
 
     ),
+    "samples": ("Samples", "front_draws", "front_values", "sample_bicycles"),
     "study": ("Study", "pressure_ends", "run_study", "spread"),
     "published": ("Comparison", "Finding", "compare_findings", "findings"),
     "grades": ("GRADE_RULES", "Grade", "GradedAnswer", "Split", "grade_samples"),

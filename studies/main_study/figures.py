@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib.patches import Patch
 
 from bicycle.stability.critical import CrossingIdentity
-from studies.main_study.compare import Change, growth_speeds
+from studies.main_study.compare import Change
 from studies.main_study.result import COMPARED, WEAVE, WOBBLE, Result
+from studies.main_study.samples import growth_speeds
 from studies.main_study.settings import HANDS, LIMITS, Setup, plain_name
 from studies.main_study.study import Study
 from studies.motion.amplitude import draw_trace, finish_amplitude

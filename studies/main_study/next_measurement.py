@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
-from studies.main_study.compare import Samples, front_draws
 from studies.main_study.grades import GRADE_RULES
+from studies.main_study.samples import Samples, front_draws
 from studies.main_study.settings import LIMITS, Settings
 from tyre.ground.arrays import Array
 

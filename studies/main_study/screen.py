@@ -14,10 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bicycle.parameters.bicycle import LIGHTEST_RIDDEN
-from studies.main_study.compare import Amplitude, Hinge, Samples, front_draws
+from studies.main_study.compare import Amplitude, Hinge
 from studies.main_study.grades import GRADE_RULES, GradedAnswer, grade_samples
 from studies.main_study.next_measurement import Gain, rank_measurements
 from studies.main_study.result import Result, Span
+from studies.main_study.samples import Samples, front_draws
 from studies.main_study.settings import ASSUMED, LIMITS, OF_ARMS, OF_FRONT, SADDLE, Settings, Setup
 from studies.main_study.study import Study, pressure_ends
 from tyre.ground.arrays import Array

@@ -8,6 +8,7 @@ from typing import Any
 from studies.main_study import compare
 from studies.main_study.cases import Cases, TyreCase, tyre_cases
 from studies.main_study.result import Result, solve
+from studies.main_study.samples import Samples, sample_bicycles
 from studies.main_study.settings import LIMITS, Settings, Setup
 from tyre.ground.errors import InputError
 
@@ -26,7 +27,7 @@ class Study:
     # of each tyre and surface measured at two pressures, in each case
     decompositions: tuple[compare.Decomposition, ...]
     # lowest and highest pressure of the tyre in question; reference case, then the same with hands on
-    samples: tuple[compare.Samples, ...]
+    samples: tuple[Samples, ...]
     hinges: tuple[compare.Hinge, ...]  # the largest change first
     contact_models: tuple[compare.ContactModels, ...]  # reference case, lowest and highest pressure of that tyre
     sources: compare.Sources  # of the case in focus
@@ -84,7 +85,7 @@ class Study:
         """Find the result of one case; None if it could not be computed."""
         return _find(self.results, case, setup)
 
-    def samples_around(self, result: Result | None) -> compare.Samples | None:
+    def samples_around(self, result: Result | None) -> Samples | None:
         """Find the samples around one result; None if there are none."""
         return _find(self.samples, result.case, result.setup) if result else None
 
@@ -138,7 +139,7 @@ def run_study(settings: Settings, *, distribute: Distribute = run_here, cases: C
     end_results = [_find(results, case, settings.reference) for case in end_cases]
     ends = [(settings, r.case, r.setup) for r in end_results]
     sampled = [(settings, case, setup) for setup in settings.setups for case in end_cases]
-    samples = distribute(compare.sample_bicycles, sampled, "parameter samples")
+    samples = distribute(sample_bicycles, sampled, "parameter samples")
     checks = distribute(compare.check, [(settings, r) for r in end_results], "Monte Carlo")
     amplitudes = distribute(compare.amplitude, ends, "amplitude of wobble")
 
