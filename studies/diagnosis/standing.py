@@ -41,7 +41,6 @@ QUANTITIES = {
     "frequency": ("frequency, Hz", 1.0),
     "damping ratio": ("damping ratio", 1.0),
 }
-}
 
 
 @dataclass(frozen=True, kw_only=True)
