@@ -35,19 +35,26 @@ class Gain:
     count: int  # number of cases, at each pressure
 
 
-def rank_measurements(settings: Settings, samples: Iterable[Samples], assumed: Iterable[str]) -> list[Gain]:
-    """Rank what of the ``assumed`` numbers to measure next, the greatest gain first; the first entry is as it is."""
+def rank_measurements(
+    settings: Settings, samples: Iterable[Samples], assumed: Iterable[str], definite_now: int
+) -> list[Gain]:
+    """Rank what of the ``assumed`` numbers to measure next, the greatest gain first; the first entry is as it is.
+
+    ``definite_now`` is the number of cases whose grade is definite. The estimate adds what a measurement gains.
+    """
     drawn = front_draws(settings)
     names = set(assumed)
     groups = {group: [name for name in members if name in names] for group, members in GROUPS.items()}
     groups = {group: members for group, members in groups.items() if members}
     cases = [sample for sample in samples if sample.count >= LIMITS.fewest]
-    now = Gain("", sum(_share_definite(sample, drawn, [], []) for sample in cases), len(cases))
+    before = sum(_share_definite(sample, drawn, [], []) for sample in cases)
     gains = []
     for group, members in groups.items():
         others = [name for other, names_of in groups.items() if other != group for name in names_of]
-        gains.append(Gain(group, sum(_share_definite(sample, drawn, members, others) for sample in cases), len(cases)))
-    return [now, *sorted(gains, key=lambda gain: -gain.definite)]
+        after = sum(_share_definite(sample, drawn, members, others) for sample in cases)
+        definite = min(definite_now + max(after - before, 0.0), float(len(cases)))
+        gains.append(Gain(group, definite, len(cases)))
+    return [Gain("", float(definite_now), len(cases)), *sorted(gains, key=lambda gain: -gain.definite)]
 
 
 def _share_definite(sample: Samples, drawn: Mapping[str, Array], known: list[str], unknown: list[str]) -> float:

@@ -156,6 +156,7 @@ def answer(study: Study) -> Answer:
             change = compare_pressures(drawn[0], drawn[1]) if len(drawn) == 2 else None
             cases.append(CaseComparison(setup, low, high, limit, graded, change))
     reference = cases[0]
+    definite = sum(graded.grade.definite for case in cases for graded in case.graded)
     every_assumption = unmeasured(settings, study.assumed_of_tyre, hands_on=True)
     return Answer(
         graded=grade(settings, study.assumed_of_tyre, *map(study.samples_around, reference.results)),
@@ -165,7 +166,7 @@ def answer(study: Study) -> Answer:
         hinges=tuple(hinge for hinge in study.hinges if hinge.comparable),
         steer_amplitudes=tuple(_judge_size(study, amplitude) for amplitude in study.amplitudes),
         assumed=_name_assumed(study),
-        gains=tuple(rank_measurements(settings, study.samples, every_assumption)),
+        gains=tuple(rank_measurements(settings, study.samples, every_assumption, definite)),
         contradicts_reports=_contradicts_reports(settings),
     )
 

@@ -2,12 +2,11 @@
 
 Each case is a packaged bicycle with a rider on a measured tyre. Its owner knows the bicycle, the tyre and, in half of
 the cases, the front frame to about a tenth. What nobody measured is drawn from the ranges below, which are written here
-from the documentation and not taken from the package. The truth is the change by the lower pressure of the speeds at
-which wobble grows by 0.5 1/s or more, from 4 m/s and the weave speed on. It is computed from Kane's equations
-(``kane_bicycle``), which share no code with the package.
+from the documentation and not taken from the package. Wobble grows by 0.5 1/s or more and counts from 4 m/s and the
+weave speed on. The truth is computed from Kane's equations (``kane_bicycle``), which share no code with the package.
 
-A grade *yes* or *probably* is right if the truth is a change of at least 1 m/s in its direction, *little difference* if
-it is smaller.
+A grade *yes* or *probably* is right if lower pressure truly widens the range by at least 1 m/s, or raises the fastest
+growth at 3 to 20 m/s by at least 0.5 1/s, in its direction; *little difference* if neither is so.
 """
 
 import json
@@ -46,6 +45,8 @@ WOBBLE_HZ = (4.0, 15.0)
 GROWTH = 0.5  # 1/s, from which wobble counts
 HANDS_OFF = 4.0  # m/s, below which nobody rides hands off
 PRACTICAL = 1.0  # m/s
+PRACTICAL_GROWTH = 0.5  # 1/s
+RIDDEN = (3.0, 20.0)  # m/s, speeds of the fastest growth
 
 
 @dataclass(frozen=True)
@@ -79,8 +80,10 @@ def draw(seed: int) -> Case:
     return Case(seed, load_bicycle(str(rng.choice(BICYCLES))), str(rng.choice(TYRES)), numbers, measured, errors)
 
 
-def wobble_speeds(case: Case, contact: NDArray[Any]) -> float:
-    """Length (m/s) from the first to the last speed of wobble up to 30 m/s, hands off.
+def true_wobble(case: Case, contact: NDArray[Any]) -> tuple[float, float]:
+    """Length (m/s) from the first to the last speed of wobble up to 30 m/s, hands off, and its fastest growth (1/s).
+
+    Growth too slow for wobble is that from which it counts.
 
     ``contact`` (4,): cornering stiffness N/rad and relaxation length m, rear then front.
     """
@@ -108,10 +111,11 @@ def wobble_speeds(case: Case, contact: NDArray[Any]) -> float:
     growth = np.array([_growth(matrix, *WOBBLE_HZ) for matrix in matrices])
     weave = np.array([_growth(matrix, 0.0, WOBBLE_HZ[0]) for matrix in matrices])
     slowest = max(HANDS_OFF, float(SPEEDS[np.argmax(weave <= 0)]))
+    peak = max(GROWTH, float(growth[(RIDDEN[0] <= SPEEDS) & (RIDDEN[1] >= SPEEDS)].max()))
     wobbles = np.flatnonzero((growth >= GROWTH) & (slowest <= SPEEDS))
     if not len(wobbles):
-        return 0.0
-    return _crossing(growth, wobbles[-1], 1) - max(slowest, _crossing(growth, wobbles[0], -1))
+        return 0.0, peak
+    return _crossing(growth, wobbles[-1], 1) - max(slowest, _crossing(growth, wobbles[0], -1)), peak
 
 
 def _inertia(p: Any, height: float) -> float:
@@ -166,13 +170,14 @@ def question(case: Case) -> tuple[str, NDArray[Any], int]:
 def judge(seed: int) -> dict[str, Any]:
     """Answer and truth of one case."""
     case = draw(seed)
-    answer, contact, widening = question(case)
-    low, high = (wobble_speeds(case, one * (1 + error)) for one, error in zip(contact, case.errors, strict=True))
-    change = low - high
+    answer, contact, worse = question(case)
+    low, high = (true_wobble(case, one * (1 + error)) for one, error in zip(contact, case.errors, strict=True))
+    by_range, by_growth = low[0] - high[0], low[1] - high[1]
+    truth = np.sign(by_range) * (abs(by_range) >= PRACTICAL) + np.sign(by_growth) * (abs(by_growth) >= PRACTICAL_GROWTH)
     return {
         "seed": seed, "bicycle": case.bicycle.name, "tyre": case.tyre, "front_measured": bool(case.measured),
-        "answer": answer, "widening_samples": widening, "low_m_s": low, "high_m_s": high,
-        "truth": int(np.sign(change)) if abs(change) >= PRACTICAL else 0,
+        "answer": answer, "worse_samples": worse, "low_m_s": low[0], "high_m_s": high[0],
+        "low_1_s": low[1], "high_1_s": high[1], "truth": int(np.sign(truth)),
     }  # fmt: skip
 
 
