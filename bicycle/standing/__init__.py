@@ -11,6 +11,7 @@ HOME = {  # module -> the names that it gives to other rooms
         "TWO_JOINTS", "FrontFit", "fit_front",
     ),
     "front_result": ("CERTAIN_MOTION", "FrontResult", "Outcome", "frame_motion", "measure_front"),
+    "hands": ("Hands", "RingDown", "measure_hands", "read_ring_downs"),
     "prediction": ("SUPPORT", "Prediction"),
     "readings": ("Deflection", "Errors", "Place", "Ratio", "Readings", "Tap"),
     "standing_table": ("HOLDS", "TABLE", "Standing", "read_standing"),
