@@ -2,12 +2,12 @@
 
 import json
 import re
+import tomllib
 
 import pytest
 
 from bicycle.model import build_model
 from studies.cli import main
-from tyre.ground.files import tomllib
 
 ROWS = """grip,spring_N_m_per_rad,frequency_Hz,frequency_sd_Hz,damping_ratio,damping_ratio_sd
 loose,40,2.55,0.05,0.17,0.017
