@@ -25,7 +25,7 @@ from tyre.ground.errors import InputError
 
 FRONT, FORK = "front_compliance", "fork_bending"
 TURNING = ("steer_damper", "steer_spring")  # what acts on a handlebar that is free
-FORK_LENGTH = (0.2, 0.06)
+FORK_LENGTH = (0.22, 0.08)
 """Assumed height (m) of the fork's joint above the hub and its sd; wobble hardly depends on it."""
 ASSUMED_HEIGHT = (0.35, 0.1)
 """Height of the hinge above the hub and its sd (m), assumed where the readings leave it open."""
@@ -56,7 +56,7 @@ class Unknown:
 
 STIFFNESS = Unknown("log_stiffness", math.log(50.0), math.log(1e7), 1e-4)  # N m/rad
 HEIGHT = Unknown("height", -2.0, 20.0, 1e-5)  # m above the hub
-SWAY_HEIGHT = replace(HEIGHT, prior=(1.35, 1.0))  # in beam frames 1.07 to 1.95 m, the fork's joint at FORK_LENGTH
+SWAY_HEIGHT = replace(HEIGHT, prior=(1.5, 1.0))  # in beam frames 1.15 to 2.42 m, the fork at FORK_LENGTH
 USUAL_HEIGHT = replace(HEIGHT, prior=(0.35, 0.15))
 TIME = Unknown("log_time", math.log(1e-6), math.log(1.0), 1e-4)  # s
 FORK_STIFFNESS = Unknown("log_fork_stiffness", math.log(50.0), math.log(1e7), 1e-4)  # N m/rad
@@ -99,7 +99,7 @@ TWO_JOINTS = Hypothesis(
     "two joints",
     (STIFFNESS, SWAY_HEIGHT, FORK_STIFFNESS, LENGTH),
     _starts(
-        [(15000.0, 1.0, 5000.0, 0.2), (5000.0, 0.6, 8000.0, 0.2), (40000.0, 1.8, 4000.0, 0.2)],
+        [(15000.0, 1.0, 5000.0, 0.22), (5000.0, 0.6, 8000.0, 0.22), (40000.0, 1.8, 4000.0, 0.22)],
         ("log_stiffness", "height", "log_fork_stiffness", "fork_length"),
     ),
 )
