@@ -14,7 +14,7 @@ def test_the_page_runs_and_shows_what_is_seen(tmp_path, monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 1)
     monkeypatch.chdir(tmp_path)
     shown, _ = run_page(page("main_study"))
-    assert "ranks 7 of 11" in shown
+    assert "Of 10 answers 6 are definite; measuring the front frame would make 8." in shown
 
 
 def test_the_readme_shows_the_same_answer():
