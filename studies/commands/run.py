@@ -2,7 +2,7 @@
 
 import click
 
-from studies.model_space.command_options import POSTURE, WORKERS
+from studies.model_space.command_options import POSTURE, WORKERS, Number
 from studies.reporting.command_context import example
 
 
@@ -23,7 +23,7 @@ from studies.reporting.command_context import example
 @click.option("--pressures", metavar="LIST", help="Pressures, bar: 3.5,5,7; default: the measured pressures.")
 @click.option(
     "--common-error",
-    type=float,
+    type=Number(0, 1),
     default=1.0,
     show_default=True,
     help="Share of the tyre's variance common to all pressures, as of one rig.",

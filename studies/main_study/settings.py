@@ -436,8 +436,6 @@ def settings_of(
     rider_saddle: bool = False,
 ) -> Settings:
     """Read the study of a model file, or of a bicycle with everything else assumed."""
-    if not 0 <= common_error <= 1:
-        raise InputError(f"--common-error {common_error:g} must be between 0 and 1, a share of the variance")
     tyre_options: dict[str, Any] = {
         "tyre": tyre or "",
         "surface": surface,

@@ -64,7 +64,7 @@ def test_effects_at_their_neutral_value_are_exact_and_ties_follow():
     assert found["camber_thrust.camber_stiffness.rear"] == Deviation(0.0, "exact", "switched off")
     # four standard deviations of the logarithm span what is typical: 150 to 700 N/rad, 1000 to 10000 N m/rad
     assert found["camber_thrust.camber_stiffness.front"].sd == pytest.approx(300.0 * math.log(700 / 150) / 4)
-    assert found["front_compliance.stiffness"].sd == pytest.approx(3000.0 * math.log(10) / 4)
+    assert found["front_compliance.stiffness"].sd == pytest.approx(5000.0 * math.log(10) / 4)
     assert "front_compliance.axis_tilt" not in found  # equals lam
     given = standard_deviations(model, {"front_compliance.axis_tilt": 0.02, "camber_thrust.camber_stiffness": 5.0})
     assert given["front_compliance.axis_tilt"] == Deviation(0.02, "given")

@@ -79,7 +79,9 @@ def test_every_effect_that_is_switched_on_makes_a_model():
     """On a bicycle with tyres; what an effect needs besides is said by the library."""
     bicycle = load_bicycle("benchmark")
     fitting = [effect for effect in registry().values() if typical_values(effect, bicycle) is not None]
-    alone = [one for one in registry().values() if not {"motor command", "rider torque"} & set(one.requires)]
+    alone = [
+        one for one in registry().values() if not {"motor command", "rider torque", "seated rider"} & set(one.requires)
+    ]
     assert len(fitting) >= len(alone) - 1  # no typical rider who leans leaves a possible frame of the benchmark
     for effect in fitting:
         law = {} if effect.slot == "contact law" else site.law_options("no_slip", None, measured=False)[0]["edit"].put

@@ -15,6 +15,7 @@ bicycle = "benchmark"
 cornering_stiffness = {rear = 6300.0, front = 6020.0}
 relaxation_length = 0.1
 [effects.front_compliance]
+stiffness = 3000.0
 joint_x = 0.8
 joint_z = -0.85
 damping = 15.0
