@@ -57,9 +57,8 @@ class Case:
     bicycle: Bicycle  # as its owner knows it
     tyre: str
     numbers: dict[str, float]  # of RANGES, SI
-    measured: dict[
-        str, float
-    ]  # stiffness, damping ratio, hinge of the front frame as its owner measured them; or empty
+    # stiffness, damping ratio and hinge of the front frame as its owner measured them; or empty
+    measured: dict[str, float]
     errors: NDArray[Any]  # (2, 4): relative, of stiffness and length, rear then front; alike at each pressure
 
 
@@ -87,6 +86,17 @@ def true_wobble(case: Case, contact: NDArray[Any]) -> tuple[float, float]:
 
     ``contact`` (4,): cornering stiffness N/rad and relaxation length m, rear then front.
     """
+    growth, weave = true_growth(case, contact, {})
+    slowest = max(HANDS_OFF, float(SPEEDS[np.argmax(weave <= 0)]))
+    peak = max(GROWTH, float(growth[(RIDDEN[0] <= SPEEDS) & (RIDDEN[1] >= SPEEDS)].max()))
+    wobbles = np.flatnonzero((growth >= GROWTH) & (slowest <= SPEEDS))
+    if not len(wobbles):
+        return 0.0, peak
+    return _crossing(growth, wobbles[-1], 1) - max(slowest, _crossing(growth, wobbles[0], -1)), peak
+
+
+def true_growth(case: Case, contact: NDArray[Any], arms: dict[str, float]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Growth rates (1/s) of wobble and of weave at ``SPEEDS``; ``arms``: inertia, stiffness, damping (SI), or empty."""
     p, numbers = case.bicycle.values, case.numbers
     rear_load, front_load = _wheel_loads(p)
     height = numbers["hinge"]
@@ -107,15 +117,13 @@ def true_wobble(case: Case, contact: NDArray[Any]) -> tuple[float, float]:
         parameters[f"camber_thrust.camber_stiffness.{wheel}"] = numbers["camber_share"] * load
         parameters[f"pneumatic_trail.trail.{wheel}"] = numbers["trail"]
         parameters[f"twisting_torque.twisting_stiffness.{wheel}"] = numbers["twisting"]
-    matrices = [KaneBicycle(parameters, EFFECTS, v).state_matrix()[1] for v in SPEEDS]
+    effects = EFFECTS
+    if arms:
+        effects += ("rider_arms",)
+        parameters |= {f"rider_arms.{name}": value for name, value in arms.items()}
+    matrices = [KaneBicycle(parameters, effects, v).state_matrix()[1] for v in SPEEDS]
     growth = np.array([_growth(matrix, *WOBBLE_HZ) for matrix in matrices])
-    weave = np.array([_growth(matrix, 0.0, WOBBLE_HZ[0]) for matrix in matrices])
-    slowest = max(HANDS_OFF, float(SPEEDS[np.argmax(weave <= 0)]))
-    peak = max(GROWTH, float(growth[(RIDDEN[0] <= SPEEDS) & (RIDDEN[1] >= SPEEDS)].max()))
-    wobbles = np.flatnonzero((growth >= GROWTH) & (slowest <= SPEEDS))
-    if not len(wobbles):
-        return 0.0, peak
-    return _crossing(growth, wobbles[-1], 1) - max(slowest, _crossing(growth, wobbles[0], -1)), peak
+    return growth, np.array([_growth(matrix, 0.0, WOBBLE_HZ[0]) for matrix in matrices])
 
 
 def _inertia(p: Any, height: float) -> float:
