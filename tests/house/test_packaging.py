@@ -153,7 +153,8 @@ def test_the_citation_is_of_this_version():
     assert citation["version"] == project()["version"]
     assert citation["license"] == project()["license"]
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    newest = next(line for line in changes.splitlines() if line.startswith("## "))
+    released = [line for line in changes.splitlines() if line.startswith("## ") and line != "## Unreleased"]
+    newest = released[0]
     assert newest == f"## {citation['version']} - {citation['date-released'].isoformat()}"
 
 
