@@ -152,7 +152,9 @@ def answer(study: Study) -> Answer:
         if low and (high or not high_case):
             around = [study.samples_around(result) for result in (low, high) if result]
             drawn = [sample for sample in around if sample and sample.count]
-            graded = tuple(_grade_wobble(settings, study.assumed_of_tyre, sample) for sample in drawn)
+            graded: tuple[GradedAnswer, ...] = ()
+            if settings.front:  # without a front frame wobble cannot be judged
+                graded = tuple(_grade_wobble(settings, study.assumed_of_tyre, sample) for sample in drawn)
             change = compare_pressures(drawn[0], drawn[1]) if len(drawn) == 2 else None
             cases.append(CaseComparison(setup, low, high, limit, graded, change))
     reference = cases[0]
