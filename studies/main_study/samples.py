@@ -58,8 +58,8 @@ class Samples:
 
     @property
     def wobbling_share(self) -> float:
-        """Share of the computed samples that wobble at some speed looked at."""
-        return float((~np.isnan(self.onset)).sum() / self.count)
+        """Share of the computed samples that wobble at ridden speeds."""
+        return float(self.wobbles_ridden[self.computed].mean())
 
     @property
     def wobbles_ridden(self) -> NDArray[np.bool_]:
