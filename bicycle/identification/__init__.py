@@ -16,6 +16,7 @@ HOME = {  # module -> the names that it gives to other rooms
     "recording": (
         "CHANNELS", "INPUTS", "STEER", "STEER_TORQUE", "Run", "read_events", "read_forced", "read_run", "read_runs",
     ),
+    "ride_recording": ("LeftOut", "Ride", "read_ride", "segment_rows"),
     "scatter": ("OWN_LINE", "Repeats", "about_one_speed", "repeats", "surprise"),
 }  # fmt: skip
 

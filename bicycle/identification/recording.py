@@ -105,21 +105,30 @@ FEWEST = 20  # samples
 
 def read_run(path: Path, speed: float, group: str = "") -> Run:
     """Read one recording: a CSV with ``time_s`` and any of the channels and inputs."""
-    record, lines = _own_columns(path)
+    record, lines = own_columns(path)
     return run_of(record, path, speed, group, lines)
 
 
-def _own_columns(path: Path, further: Sequence[str] = (), needed: Sequence[str] = ()) -> tuple[Record, list[str]]:
-    """Read a CSV in the columns above and ``further`` ones, with the places of its samples."""
+def own_columns(
+    path: Path,
+    further: Sequence[str] = (),
+    needed: Sequence[str] = (),
+    *,
+    quantities: Mapping[str, str] = QUANTITIES,
+    hint: str = "",
+) -> tuple[Record, list[str]]:
+    """Read a CSV in the columns above and ``further`` ones, with the places of its samples.
+
+    A refusal drafts a channel map of ``quantities``, after a ``hint``.
+    """
     if path.suffix.casefold() not in ("", ".csv"):
-        refuse_unmapped(path, QUANTITIES)
+        refuse_unmapped(path, quantities)
     numbers = ("time_s", *CHANNELS, *SAME, *INPUTS, *further)
     try:
         columns = read_columns(path, numbers=numbers, needed=("time_s", *needed))
     except InputError as error:  # a fault in one line of the file needs no channel map
-        words = "" if f"{path}, line" in str(error) else draft_words(path, QUANTITIES)
-        more = "a reference is named with --instrument; " if further else ""
-        raise InputError(f"{error}; {more}or give a channel map: {words}") if words else error from error
+        words = "" if f"{path}, line" in str(error) else draft_words(path, quantities)
+        raise InputError(f"{error}; {hint}or give a channel map: {words}") if words else error from error
     columns_read = dict(columns.numbers)
     time = columns_read.pop("time_s")
     names = {column: name for name, column in {**FORCED_INPUTS, **MOTIONS}.items()}
@@ -134,22 +143,22 @@ def read_events(path: Path, speed: float, group: str = "", *, channel_map: Chann
     """Read the events of a recording in any columns, units and formats; with several, each is called ``FILE#EVENT``."""
     if channel_map is None:
         return (read_run(path, speed, group),)
-    _refuse_other_motions(path, channel_map)
+    refuse_other_motions(path, channel_map)
     return tuple(run_of(record, path, speed, group) for record in read_records(path, channel_map, QUANTITIES))
 
 
-def _refuse_other_motions(path: Path, channel_map: ChannelMap) -> None:
-    """Refuse a mapped channel that is neither a motion or torque of a bicycle nor turns a sensor or triggers."""
+def refuse_other_motions(path: Path, channel_map: ChannelMap, quantities: Mapping[str, str] = QUANTITIES) -> None:
+    """Refuse a mapped channel that is none of ``quantities`` and neither turns a sensor nor triggers."""
     helpers = {name for mounting in channel_map.mountings for name in mounting.channels}
     helpers |= {window.trigger.channel for window in channel_map.windows if window.trigger}
     unknown_channel = next(
-        (name for name in channel_map.channels if name not in helpers and name not in QUANTITIES), ""
+        (name for name in channel_map.channels if name not in helpers and name not in quantities), ""
     )
     # a name like one of ours is left to the reader, which asks whether that was meant
-    if unknown_channel and not nearest_name(unknown_channel, QUANTITIES, cutoff=0.85):
+    if unknown_channel and not nearest_name(unknown_channel, quantities, cutoff=0.85):
         raise InputError(
             f"{path}: channel {unknown_channel!r} is no motion or torque of a bicycle, which are "
-            f"{', '.join(QUANTITIES)}; an oscillation keeps its frequency and damping under any "
+            f"{', '.join(quantities)}; an oscillation keeps its frequency and damping under any "
             "of these names that has its unit"
         )
 
@@ -157,23 +166,13 @@ def _refuse_other_motions(path: Path, channel_map: ChannelMap) -> None:
 def run_of(record: Record, path: Path, speed: float, group: str = "", lines: Sequence[str] = ()) -> Run:
     """Make a run of one event of a recording, and check it; ``lines`` are the places of its samples in the file."""
     source, time = record.source, record.time
-    numbers = {f"{name}_{_ENDS[QUANTITIES[name]]}": x for name, x in record.values.items()}
+    numbers = by_column(record)
     _refuse_missing(source, time, numbers)
     places = lines or [f"sample {place}" for place in range(1, len(time) + 1)]
+    refuse_motionless(source, numbers)
+    check_time(source, time, places)
+    check_values(source, numbers, places)
     channels = {name: column for name, column in numbers.items() if name in CHANNELS}
-    if not channels:
-        raise InputError(f"{source}: no motion was recorded; give at least one of {', '.join(CHANNELS)}")
-    _check_time(source, time, places)
-    for channel, column in channels.items():
-        if np.ptp(column) == 0:
-            raise InputError(f"{source}: {channel} is constant ({column[0]:g}): a dead channel; leave the column out")
-    for channel, (largest, unit) in LARGEST.items():
-        row = int(np.abs(numbers[channel]).argmax()) if channel in numbers else 0
-        if channel in numbers and abs(numbers[channel][row]) > largest:
-            raise InputError(
-                f"{source}, {places[row]}: {channel} = {numbers[channel][row]:g} is too large (up to {largest:g}); "
-                f"is it in {unit}?"
-            )
     inputs = {key: column for key, column in numbers.items() if key in INPUTS}
     dead = tuple(
         f"{key} is {x[0]:g} in all samples: it stayed the same during the run, or the channel is dead"
@@ -182,6 +181,31 @@ def run_of(record: Record, path: Path, speed: float, group: str = "", lines: Seq
     )
     name = source.removeprefix(str(path.parent)).lstrip("/\\")
     return Run(name, speed, time, channels, inputs, group, record.mountings, (*dead, *record.notes))
+
+
+def by_column(record: Record) -> dict[str, Array]:
+    """Name the values of a record, (n,) in SI units, by the columns above."""
+    return {f"{name}_{_ENDS[QUANTITIES[name]]}": x for name, x in record.values.items()}
+
+
+def refuse_motionless(source: str, numbers: Mapping[str, Array]) -> None:
+    """Refuse a recording whose columns hold no motion."""
+    if not numbers.keys() & CHANNELS.keys():
+        raise InputError(f"{source}: no motion was recorded; give at least one of {', '.join(CHANNELS)}")
+
+
+def check_values(source: str, numbers: Mapping[str, Array], places: Sequence[str]) -> None:
+    """Refuse a motion that never changes, and a column that is surely in another unit."""
+    for channel, column in numbers.items():
+        if channel in CHANNELS and np.ptp(column) == 0:
+            raise InputError(f"{source}: {channel} is constant ({column[0]:g}): a dead channel; leave the column out")
+    for channel, (largest, unit) in LARGEST.items():
+        row = int(np.abs(numbers[channel]).argmax()) if channel in numbers else 0
+        if channel in numbers and abs(numbers[channel][row]) > largest:
+            raise InputError(
+                f"{source}, {places[row]}: {channel} = {numbers[channel][row]:g} is too large (up to {largest:g}); "
+                f"is it in {unit}?"
+            )
 
 
 def _refuse_missing(source: str, time: Array, numbers: Mapping[str, Array]) -> None:
@@ -195,7 +219,8 @@ def _refuse_missing(source: str, time: Array, numbers: Mapping[str, Array]) -> N
             )
 
 
-def _check_time(path: str, time: Array, places: Sequence[str]) -> None:
+def check_time(path: str, time: Array, places: Sequence[str]) -> None:
+    """Refuse a ``time`` (n,) in s that does not rise in even steps; ``places`` are those of its samples."""
     if len(time) < FEWEST:
         raise InputError(f"{path}: {len(time)} samples are too few; at least {FEWEST} are needed")
     steps = np.diff(time)
@@ -238,7 +263,7 @@ def read_forced(
     column = SAME.get(reference, reference)
     more = [] if column in ("", "time_s", *CHANNELS, *INPUTS, LATERAL_PUSH) else [column]
     try:
-        record, _ = _own_columns(path, (LATERAL_PUSH, *more), more)
+        record, _ = own_columns(path, (LATERAL_PUSH, *more), more, hint="a reference is named with --instrument; ")
     except InputError as error:
         says_more = more and f"{path}, line" not in str(error)
         column_names = [column.name for column in contents(path).columns] if says_more else []
