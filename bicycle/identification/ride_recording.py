@@ -108,8 +108,8 @@ def read_ride(
     """Read a ride and choose its segments of steady speed.
 
     A segment is the longest interval in which the speed, averaged over 1 s, stays within 3 % or 0.15 m/s of its
-    middle, whichever is more; the next one is chosen in what remains. Its length is 20 s or more, 4 s where the file has
-    pieces or windows. Turns and standing still are left out. A gap of more than 1.5 usual steps ends a segment.
+    middle, whichever is more; the next one is chosen in what remains. Its length is 20 s or more, 4 s where the
+    file has pieces or windows. Turns and standing still are left out. A gap of more than 1.5 usual steps ends it.
 
     ``path`` is a CSV with ``time_s``, motions and torques as of a run, and, if recorded, ``speed_m_s`` or
     ``speed_km_h`` and ``piece``, whole numbers: where they change, time may restart. With a ``channel_map`` it is

@@ -32,7 +32,7 @@ __getattr__, __dir__ = room(
             "ROOTS",
             "output",
         ),
-        "run_argument": ("file_and_speed",),
+        "run_argument": ("file_and_speed", "ride_file_and_speed"),
         "sampling": (
             "BoundedDraws",
             "Refused",

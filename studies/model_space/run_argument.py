@@ -21,6 +21,13 @@ def file_and_speed(text: str, *, may_stand: bool = False) -> tuple[Path, float]:
     return Path(name), speeds[0]
 
 
+def ride_file_and_speed(text: str) -> tuple[Path, float | None]:
+    """Read the file and the speed (m/s) of a ride, ``ride.csv@4.8``; without ``@`` its speed is in the file: None."""
+    if "@" not in text or Path(text).is_file():  # a name may hold an @
+        return Path(text), None
+    return file_and_speed(text)
+
+
 def name_apart(read: Sequence[tuple[Path, Sequence[Run]]]) -> list[Run]:
     """Name each of the runs ``read`` from files by the shortest end of its path that no other has."""
     ends = own_ends(file for file, _ in read)

@@ -1,6 +1,8 @@
 """Rides: which segments are chosen, what is left out, and what is refused."""
 
+import os
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -188,3 +190,17 @@ def test_an_empty_ride_needs_a_motion(tmp_path):
     path.write_text("time_s,steer_torque_N_m\n" + "".join(f"{t},1\n" for t in times(2)))
     with pytest.raises(InputError, match="no motion was recorded"):
         read_ride(path, 5.0)
+
+
+REAL = Path(os.environ.get("VELOTYRE_EXTRA_DATA", "nowhere")) / "steer_by_wire_rest/rest_3.05.csv"
+
+
+@pytest.mark.skipif(not REAL.is_file(), reason="the recordings are not in the project")
+def test_pieces_between_the_impulses_of_a_real_bicycle_are_segments_of_one_group():
+    """Nine pieces on a treadmill, the time of each from 0."""
+    ride = read_ride(REAL)
+    assert ride.pieces == tuple("123456789")
+    assert len({run.group for run in ride.segments}) == 1
+    assert all(run.time[0] == 0 and run.step == pytest.approx(0.01) for run in ride.segments)
+    assert all(run.speed == pytest.approx(3.05, abs=0.05) for run in ride.segments)
+    assert ride.left_out == ()

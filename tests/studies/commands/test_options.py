@@ -12,7 +12,15 @@ import pytest
 from studies.chart import split_range
 from studies.cli import build, main
 from studies.main_study import settings_of
-from studies.model_space import Number, check_memory, choose, file_and_speed, numbers_by_name, ranges_by_name
+from studies.model_space import (
+    Number,
+    check_memory,
+    choose,
+    file_and_speed,
+    numbers_by_name,
+    ranges_by_name,
+    ride_file_and_speed,
+)
 from studies.motion import parse_range
 from studies.reporting import parse_speeds
 from tyre.ground import InputError
@@ -155,6 +163,8 @@ def test_every_command_takes_numbers_with_their_units():
     assert numbers_by_name(["c=2mm", "lam=0.5deg"], "--sd", "") == pytest.approx({"c": 0.002, "lam": np.radians(0.5)})
     assert ranges_by_name(["trail=30:90mm"]) == {"c": pytest.approx((0.03, 0.09))}
     assert file_and_speed("run.csv@18km/h") == (Path("run.csv"), pytest.approx(5.0))
+    assert ride_file_and_speed("ride.csv@18km/h") == (Path("ride.csv"), pytest.approx(5.0))
+    assert ride_file_and_speed("ride.csv") == (Path("ride.csv"), None)
     assert Number(0, 1000, unit="m/s").convert("18 km/h", None, None) == pytest.approx(5.0)
     with pytest.raises(InputError, match="write the unit behind the last number alone, or behind each"):
         choose("benchmark", tyre="Tyre1", pressure="80psi,5.5")
