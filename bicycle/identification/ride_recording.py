@@ -43,7 +43,7 @@ REASONS = {  # why a part of a ride is left out -> its sentence
     "missing": "A channel is missing {when}.",
     "standing": "The bicycle stands {when}: its speed is below {least:g} m/s.",
     "turn": "The bicycle turns {when}: its mean yaw rate reaches {value:.2g} rad/s.",
-    "unsteady": "The speed is not steady {when}: at most {value:.3g} s of {least:g} s stay near one speed.",
+    "unsteady": "The speed is not steady {when}: its longest steady interval is {value:.3g} s of {least:g} s.",
     "short": "The steady part {when} is too short: {value:.3g} s, where at least {least:g} s are needed.",
     "dead": "A channel is constant {when}, so its sensor was dead.",
 }
