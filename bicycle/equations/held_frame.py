@@ -61,6 +61,9 @@ class HeldFrame:
         self.parameters = (*UNITS, *(str(symbol) for symbol in symbols[len(UNITS) :]))
 
         mass = rigid_bodies.mass_matrix(builder.bodies, joints)
+        for coordinate, inertia in builder.extra_inertia:
+            place = 2 + angles.index(coordinate)
+            mass[place, place] += inertia
         weight = np.zeros((n, n), object)
         for body in builder.bodies:
             heights = rigid_bodies.height_hessian(joints, body.name, body.x, body.z)

@@ -11,7 +11,10 @@ HOME = {  # module -> the names that it gives to other rooms
         "TWO_JOINTS", "FrontFit", "fit_front",
     ),
     "front_result": ("CERTAIN_MOTION", "FrontResult", "Outcome", "frame_motion", "measure_front"),
-    "hands": ("Hands", "RingDown", "measure_hands", "read_ring_downs"),
+    "hands": (
+        "DRY", "HANDS", "HANDS_TABLE", "SPRING_SD", "Hands", "RingDown", "measure_hands", "predict_ring_downs",
+        "read_ring_downs", "select_grip", "spring_error",
+    ),
     "prediction": ("SUPPORT", "Prediction"),
     "readings": ("Deflection", "Errors", "Place", "Ratio", "Readings", "Tap"),
     "standing_table": ("HOLDS", "TABLE", "Standing", "read_standing"),

@@ -5,23 +5,29 @@ gives c. The inertia of handlebar, fork and wheel about the steer axis, and the 
 the model at rest (:mod:`bicycle.equations.held_frame`); what remains is that of the hands.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy
 from scipy.special import chdtrc
 
-from bicycle.equations.held_frame import held_equations
+from bicycle.equations.held_frame import FRAME, held_equations
 from bicycle.model.default_sd import standard_deviations
 from bicycle.model.model import Model
+from bicycle.standing.prediction import STEER, nearest_mode
 from tyre.ground.arrays import Array
-from tyre.ground.errors import InputError
-from tyre.ground.schema import Check, number
+from tyre.ground.errors import InputError, unknown
+from tyre.ground.schema import Check, maybe, number, path_key, table, text
 from tyre.ground.text_table import read_columns
 
 STEERING = ("w", "c", "lam", "rF", "mH", "xH", "zH", "IHxx", "IHzz", "IHxz", "mF", "IFxx")
+HANDS = "hands"
+"""Kind of measurement, and its table."""
+HANDS_TABLE = table({**path_key("table", "hands.csv"), maybe("grip"): text("must be a grip of the table", blank=False)})
 SPRING_SD = 0.02
 """Relative standard uncertainty of a spring, its lever included."""
 COLUMNS: Mapping[str, Check] = {
@@ -33,6 +39,11 @@ COLUMNS: Mapping[str, Check] = {
     "damping_ratio": number(above=0, most=1, says="must be a damping ratio, above 0 and up to 1"),
     "damping_ratio_sd": number(above=0, says="must be positive"),
 }
+AMPLITUDE: Mapping[str, Check] = {
+    "amplitude_deg": number(above=0, most=45, says="must be a steer angle in degrees, above 0 and up to 45")
+}
+DRY = "measurement.steer_friction"
+"""Key of the dry friction (N m) of the steering."""
 LEAST_RATIO = 1.3  # of the two outermost frequencies: nearer ones leave the inertia open
 
 
@@ -46,6 +57,7 @@ class RingDown:
     frequency_sd_hz: float
     damping_ratio: float  # -real part / |eigenvalue|
     damping_ratio_sd: float
+    amplitude: float = math.nan  # rad, logarithmic mean of the first and the last steer angle; NaN: not read
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,14 +78,83 @@ class Hands:
 def read_ring_downs(path: Path) -> tuple[RingDown, ...]:
     """Read a table of ring-downs: grip, spring_N_m_per_rad, frequency_Hz, damping_ratio, each with its sd.
 
+    A column amplitude_deg may stand beside them.
+
     Raises
     ------
     InputError
         A column that is missing or unknown, a value out of range, with file and line.
     """
-    columns = read_columns(path, numbers=COLUMNS, texts=("grip",), needed=("grip", *COLUMNS))
-    rows = zip(columns.texts["grip"], *(columns.numbers[name].tolist() for name in COLUMNS), strict=True)
-    return tuple(RingDown(*row) for row in rows)
+    columns = read_columns(path, numbers={**COLUMNS, **AMPLITUDE}, texts=("grip",), needed=("grip", *COLUMNS))
+    named = [columns.numbers[name].tolist() for name in COLUMNS]
+    if "amplitude_deg" in columns.numbers:
+        named.append(np.radians(columns.numbers["amplitude_deg"]).tolist())
+    return tuple(RingDown(*row) for row in zip(columns.texts["grip"], *named, strict=True))
+
+
+def select_grip(ring_downs: Sequence[RingDown], grip: str | None) -> tuple[RingDown, ...]:
+    """Ring-downs of one ``grip``; of the only one if it is None.
+
+    Raises
+    ------
+    InputError
+        A grip that the table has not, or none where it has several.
+    """
+    grips = dict.fromkeys(one.grip for one in ring_downs)
+    if grip is None and len(grips) > 1:
+        raise InputError(
+            f"[{HANDS}]: the table has the grips {', '.join(map(repr, grips))}; each is a case of its own, write "
+            f'grip = "{next(iter(grips))}"'
+        )
+    if grip is not None and grip not in grips:
+        raise InputError(f"[{HANDS}]: {unknown('grip', grip, grips)}")
+    return tuple(one for one in ring_downs if grip in (None, one.grip))
+
+
+def spring_error(spring: float) -> str:
+    """Key of the relative error of a spring (N m/rad)."""
+    return f"spring {spring:g} N m/rad"
+
+
+def predict_ring_downs(
+    ring_downs: Sequence[RingDown], effects: Sequence[type[Any]], values: Mapping[str, Array]
+) -> Array:
+    """Predict frequency (Hz) and damping ratio of each ring-down on bicycles with ``effects``, (k, 2 n).
+
+    Parameters
+    ----------
+    ring_downs : sequence of RingDown
+    effects : sequence of type
+        Those that add inertia, springs or dampers to the steering.
+    values : mapping
+        Parameters of bicycle and effects (k,), SI; perhaps errors of springs, and :data:`DRY`, the dry friction (N m).
+
+    A dry friction T takes 4 T / (pi omega A) as its damping, with the logarithmic mean A of first and last amplitude:
+    so long as T is small beside the spring, this is exact for friction alone, whose amplitude falls in a straight line.
+    """
+    frame = held_equations(tuple(sorted(effects, key=lambda effect: effect.identifier)))
+    free = [k for k, name in enumerate(frame.coordinates) if name not in FRAME]
+    place = free.index(frame.coordinates.index(STEER))
+    matrices = frame(values)
+    mass, damping, stiffness = (
+        matrix[:, free][:, :, free]
+        for matrix in (matrices.mass, matrices.damping, matrices.stiffness + matrices.weight)
+    )
+    columns = []
+    for one in ring_downs:
+        sprung, damped = stiffness.copy(), damping.copy()
+        sprung[:, place, place] += one.spring * (1 + values.get(spring_error(one.spring), np.zeros(1)))
+        omega = 2 * np.pi * one.frequency_hz
+        if DRY in values:
+            damped[:, place, place] += 4 * values[DRY] / (np.pi * omega * one.amplitude)
+        if len(free) == 1:  # also where it is damped so much that it does not oscillate
+            size = np.sqrt(np.maximum(sprung / mass, 1e-9))[:, 0, 0]
+            ratio = (damped / (2 * mass))[:, 0, 0] / size
+        else:
+            root, _ = nearest_mode(mass, damped, sprung, omega)
+            size, ratio = np.abs(root), -root.real / np.abs(root)
+        columns += [size / (2 * np.pi), ratio]
+    return np.stack(columns, -1)
 
 
 def measure_hands(ring_downs: Sequence[RingDown], model: Model) -> tuple[Hands, ...]:

@@ -110,7 +110,7 @@ class Prediction:
         free_mass, free_damping, free_stiffness = (
             matrix[:, free][:, :, free] for matrix in (mass, matrices.damping, stiffness)
         )
-        root, shape = _nearest_mode(free_mass, free_damping, free_stiffness, 2 * np.pi * tap.frequency_hz)
+        root, shape = nearest_mode(free_mass, free_damping, free_stiffness, 2 * np.pi * tap.frequency_hz)
         columns = [np.abs(root) / (2 * np.pi), -root.real / np.abs(root)]
         for ratio in tap.ratios:
             read, over = (self._row(matrices, values, place)[:, free] for place in (ratio.read, ratio.over))
@@ -153,7 +153,7 @@ def _lift(rows: Array, row: Array) -> Array:
     return np.asarray(hessian)
 
 
-def _nearest_mode(mass: Array, damping: Array, stiffness: Array, omega: float) -> tuple[Complex, Complex]:
+def nearest_mode(mass: Array, damping: Array, stiffness: Array, omega: float) -> tuple[Complex, Complex]:
     """Eigenvalue (k,), 1/s, and shape (k, n) of the oscillation whose frequency is nearest to ``omega`` (rad/s)."""
     n = mass.shape[-1]
     upper = np.concatenate([np.zeros_like(mass), np.broadcast_to(np.eye(n), mass.shape)], -1)

@@ -23,7 +23,7 @@ from bicycle.model.model import Model
 from bicycle.model.model_file import build_model, read_model
 from bicycle.parameters.bicycle import Bicycle
 from bicycle.stability.named_modes import modes
-from studies.diagnosis import bench, frequency_response, histories, modal, rig_recordings, standing, tyre_tables
+from studies.diagnosis import bench, frequency_response, hands, histories, modal, rig_recordings, standing, tyre_tables
 from studies.diagnosis.candidates import check_known, nuisances
 from studies.diagnosis.modal import EIGENVALUE
 from studies.diagnosis.modal_sd import SD
@@ -39,7 +39,8 @@ PARTS = "write [[part]] with name, kind and the table of that kind, two or more"
 if TYPE_CHECKING:
     import pandas as pd
 
-KNOWN = (modal, histories, frequency_response, bench, rig_recordings, standing, tyre_tables)  # register their kinds
+# import registers their kinds
+KNOWN = (modal, histories, frequency_response, bench, rig_recordings, standing, hands, tyre_tables)
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
 MODEL = "model"
 

@@ -10,14 +10,14 @@ import click
 
 from bicycle.files.bicycle_files import load_bicycle
 from bicycle.model.model import Model
-from bicycle.standing import measure_front
+from bicycle.standing import HANDS, measure_front
 from studies.diagnosis.measurement_file import read_measurement
 from studies.diagnosis.standing import StandingKind
 from studies.model_space.toml_target import check_toml_target
 from studies.reporting.output import check_targets, write_json
 from studies.standing.front_model import model_file_text
 from studies.standing.front_report import Report, description, record, terminal
-from studies.standing.hands_file import KIND, hands_of_file, hands_record, hands_text
+from studies.standing.hands_file import hands_of_file, hands_record, hands_text
 from tyre.ground.errors import InputError
 from tyre.ground.files import read_toml, write_text
 
@@ -32,7 +32,7 @@ def report_front_file(file: Path, *, bicycle: str | None, out: Path | None, json
         check_toml_target(out, force=force)
     check_targets(json=json_file)
     content = read_toml(file, "measurement file")
-    if content.get("kind") == KIND:
+    if content.get("kind") == HANDS:
         _report_hands(file, content, bicycle=bicycle, out=out, json_file=json_file)
         return
     measurement = read_measurement(file)

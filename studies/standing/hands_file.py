@@ -14,19 +14,18 @@ from typing import Any
 
 from bicycle.model.model import Model
 from bicycle.model.model_file import build_model
-from bicycle.standing import Hands, measure_hands, read_ring_downs
+from bicycle.standing import HANDS, HANDS_TABLE, Hands, measure_hands, read_ring_downs, select_grip
 from studies.reporting.markdown_text import render_file
 from studies.standing.front_report import FILTERS
-from tyre.ground.schema import anything, maybe, needed, path_key, read, table, text
+from tyre.ground.schema import anything, maybe, needed, read, table, text
 
-KIND = "hands"
 NAMES = ("inertia", "stiffness", "damping")
 FILE = table(
     {
-        needed("kind"): text(allowed=(KIND,)),
+        needed("kind"): text(allowed=(HANDS,)),
         maybe("description", ""): text(),
         needed("bicycle"): anything,
-        needed(KIND, f"the table [{KIND}] is missing"): table(path_key("table", "hands.csv")),
+        needed(HANDS, f"the table [{HANDS}] is missing"): HANDS_TABLE,
     }
 )
 
@@ -47,7 +46,10 @@ def hands_of_file(content: Mapping[str, Any], folder: Path) -> tuple[Hands, ...]
     """Find the hands of each grip from the ``content`` of a file whose paths are relative to ``folder``."""
     checked = read(FILE, content)
     model: Model = build_model({"bicycle": checked["bicycle"]}, folder=folder)
-    return measure_hands(read_ring_downs(folder / checked[KIND]["table"]), model)
+    ring_downs = read_ring_downs(folder / checked[HANDS]["table"])
+    if "grip" in checked[HANDS]:
+        ring_downs = select_grip(ring_downs, checked[HANDS]["grip"])
+    return measure_hands(ring_downs, model)
 
 
 def hands_text(hands: tuple[Hands, ...]) -> str:
