@@ -6,6 +6,7 @@ right are positive, lateral forces to the right too. The tyres relax and do not 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -132,8 +133,18 @@ class RiddenBicycle:
     outside: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     push_at: tuple[float, float] = (0.3, -0.9)  # where the side force acts on the rear frame: x and z, m
 
+    @cached_property
+    def known_motions(self) -> dict[float, Motion]:
+        """Motions that were asked for, by speed (m/s)."""
+        return {}
+
     def motion(self, speed: float) -> Motion:
         """Linear motion at a speed (m/s)."""
+        if speed not in self.known_motions:
+            self.known_motions[speed] = self._motion(speed)
+        return self.known_motions[speed]
+
+    def _motion(self, speed: float) -> Motion:
         kane = RideBicycle(self.values, (*self.declared, *self.hidden), speed, self.outside)
         names, matrix, _ = kane.state_matrix()
         inputs = self._input_columns(kane, len(names))

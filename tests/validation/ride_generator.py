@@ -38,6 +38,7 @@ NOISE = {  # standard deviation of a sample
 GYROS = ("roll_rate", "yaw_rate", "steer_rate")
 SLOWEST_DECAY = 0.15  # 1/s: a ride whose slowest motion decays more slowly is not drawn
 TRIES = 60
+STRAIGHT = 0.06  # rad/s, rms yaw rate of which a ride still goes straight ahead
 
 
 @dataclass(frozen=True)
@@ -178,15 +179,20 @@ def draw_colours(rng: Random, *, pedalling: bool = False) -> dict[str, tuple[Col
     return colours
 
 
-def add_wander(motion: Motion, colours: Colours, rider: Rider | None, lean: float, rng: Random) -> Colours:
+def scale_colours(colours: Colours, factor: float) -> Colours:
+    """The same inputs, all larger by a factor."""
+    return {name: tuple(replace(colour, sd=factor * colour.sd) for colour in parts) for name, parts in colours.items()}
+
+
+def add_wander(motion: Motion, colours: Colours, rider: Rider | None, yaw_rate: float, rng: Random) -> Colours:
     """Add what makes the bicycle follow gentle bends, a slow steer torque or hands off a slow lean torque.
 
-    Its corner is 0.3 to 1 rad/s; alone it makes a lean of standard deviation ``lean`` (rad).
+    Its corner is 0.3 to 1 rad/s; alone it makes a yaw rate of standard deviation ``yaw_rate`` (rad/s).
     """
     name = "steer_torque" if rider else "lean_torque"
     slow = Colour(1.0, float(rng.uniform(0.3, 1.0)))
     alone = close_loop(motion, {name: (slow,)}, rider)
-    slow = replace(slow, sd=lean / alone.sd("lean"))
+    slow = replace(slow, sd=yaw_rate / alone.sd("yaw_rate"))
     return {**colours, name: (*colours[name], slow)}
 
 
@@ -198,7 +204,6 @@ class Leg:
     speed: float  # m/s
     rider: Rider | None
     colours: Colours
-    lean_sd: float  # rad, of gentle bends
 
     @cached_property
     def loop(self) -> Loop:
@@ -209,7 +214,9 @@ class Leg:
 def make_leg(
     bicycle: RiddenBicycle, speed: float, rng: Random, *, hands_off: bool = False, pedalling: bool = False
 ) -> Leg:
-    """Draw rider and inputs for a bicycle at a speed (m/s); gentle bends have a lean of 2 to 5 degrees rms.
+    """Draw rider and inputs for a bicycle at a speed (m/s); gentle bends have a yaw rate of 0.02 to 0.06 rad/s rms.
+
+    All inputs are made smaller together where the bicycle would lean more than a yaw rate of ``STRAIGHT`` needs.
 
     InputError where no rider holds the bicycle, or hands off its slowest motion decays too slowly.
     """
@@ -217,9 +224,9 @@ def make_leg(
     if hands_off and motion.growth > -SLOWEST_DECAY:
         raise InputError(f"hands off the bicycle is not stable enough at {speed:g} m/s")
     rider = None if hands_off else tune_rider(motion, rng)
-    lean = float(np.radians(rng.uniform(2, 5)))
-    colours = add_wander(motion, draw_colours(rng, pedalling=pedalling), rider, lean, rng)
-    return Leg(bicycle, speed, rider, colours, lean)
+    colours = add_wander(motion, draw_colours(rng, pedalling=pedalling), rider, float(rng.uniform(0.02, 0.06)), rng)
+    upright = STRAIGHT * speed / bicycle.values["g"] / close_loop(motion, colours, rider).sd("lean")
+    return Leg(bicycle, speed, rider, scale_colours(colours, min(1.0, upright)))
 
 
 def self_stable_speed(bicycle: RiddenBicycle, speeds: tuple[float, float] = (3.0, 10.0)) -> float:
@@ -345,7 +352,7 @@ class Course:
 
 STEADY = Course()
 SPEED_STEP = 0.02  # m/s, speeds are rounded to it where they drift
-BEND = 6.0  # s
+BEND, BEND_YAW_RATE = 6.0, 0.35  # s, rad/s
 BRAKING, STANDING = 5.0, 10.0  # s
 
 
@@ -377,20 +384,20 @@ def _drifting(speed: float, share: float, time: Real, rng: Random) -> Real:
 
 
 def _bends(leg: Leg, turns: int, time: Real, rng: Random) -> tuple[NDArray[np.bool_], Real]:
-    """Where bends are, and the steer torque (samples,) that makes them: a lean of some three sd."""
+    """Where bends are, and the steer torque (samples,) that makes them."""
     inside, torque = np.zeros(len(time), bool), np.zeros(len(time))
-    gain = _standing_gain(leg.loop)
+    gain = _steady_gain(leg.loop)
     for _ in range(turns):
         begin = rng.uniform(0.05, 0.9) * time[-1]
         here = (time >= begin) & (time < begin + BEND)
-        torque[here] = rng.choice([-1, 1]) * 3 * leg.lean_sd / gain
+        torque[here] = rng.choice([-1, 1]) * BEND_YAW_RATE / gain
         inside |= (time >= begin) & (time < begin + BEND + 3 / SLOWEST_DECAY)
     return inside, torque
 
 
-def _standing_gain(loop: Loop) -> float:
-    """Steady lean per further steer torque, rad/(N m)."""
-    return float(loop.outputs["lean"] @ np.linalg.solve(-loop.matrix, loop.push))
+def _steady_gain(loop: Loop) -> float:
+    """Steady yaw rate per further steer torque, rad/s/(N m)."""
+    return float(loop.outputs["yaw_rate"] @ np.linalg.solve(-loop.matrix, loop.push))
 
 
 def _pauses(pauses: int, time: Real, rng: Random) -> tuple[NDArray[np.bool_], Real]:
