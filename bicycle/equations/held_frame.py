@@ -26,7 +26,7 @@ sp = library("sympy")
 
 FRAME = ("y", "yaw", "lean")
 """Coordinates of the rear frame."""
-BODIES = {"wheel": "front wheel", "fork": "front frame", "frame": "rear frame"}
+BODIES = {"wheel": "front wheel", "fork": "front frame", "frame": "rear frame", "rear wheel": "rear wheel"}
 """What a point may belong to, and the body of the model."""
 
 

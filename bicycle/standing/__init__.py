@@ -7,17 +7,17 @@ from tyre.ground.door import room
 
 HOME = {  # module -> the names that it gives to other rooms
     "front_fit": (
-        "ASSUMED_HEIGHT", "FORK", "FORK_LENGTH", "FRONT", "HEIGHT", "NOT_HELD", "ONE_HINGE", "STIFFNESS", "TIME",
-        "TWO_JOINTS", "FrontFit", "fit_front",
+        "ASSUMED_HEIGHT", "FORK", "FORK_LENGTH", "FRONT", "HEIGHT", "NOT_HELD", "ONE_HINGE", "RIDER_YAWS", "SADDLE",
+        "SADDLE_RATIO", "SADDLE_STIFFNESS", "STIFFNESS", "TIME", "TWO_JOINTS", "FrontFit", "fit_front",
     ),
     "front_result": ("CERTAIN_MOTION", "FrontResult", "Outcome", "frame_motion", "measure_front"),
     "hands": (
         "DRY", "HANDS", "HANDS_TABLE", "SPRING_SD", "Hands", "RingDown", "measure_hands", "predict_ring_downs",
         "read_ring_downs", "select_grip", "spring_error",
     ),
-    "prediction": ("SUPPORT", "Prediction"),
+    "prediction": ("SERIES", "SUPPORT", "Prediction", "at_rim"),
     "readings": ("Deflection", "Errors", "Place", "Ratio", "Readings", "Tap"),
-    "standing_table": ("HOLDS", "TABLE", "Standing", "read_standing"),
+    "standing_table": ("HOLDS", "SEATED", "TABLE", "Standing", "read_standing"),
     "tap_recordings": ("TapRecording", "identify_taps", "read_tap"),
 }  # fmt: skip
 

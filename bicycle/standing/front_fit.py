@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy
@@ -18,12 +19,13 @@ from scipy.special import chdtrc
 from bicycle.effects.effect_registry import effect_class
 from bicycle.model.default_sd import standard_deviations
 from bicycle.model.model import Model
+from bicycle.parameters.bicycle import LIGHTEST_RIDDEN
 from bicycle.standing.prediction import SUPPORT, Prediction, gain_error, load_error, place_error, point_of
 from bicycle.standing.readings import Readings
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 
-FRONT, FORK = "front_compliance", "fork_bending"
+FRONT, FORK, SADDLE = "front_compliance", "fork_bending", "rider_saddle"
 TURNING = ("steer_damper", "steer_spring")  # what acts on a handlebar that is free
 FORK_LENGTH = (0.22, 0.08)
 """Assumed height (m) of the fork's joint above the hub and its sd; wobble hardly depends on it."""
@@ -38,7 +40,6 @@ ROUNDS = 4  # of a fit, each with the noise about the end of the one before
 WORSE = 6.0  # chi^2 above the best, up to which another minimum is an answer as well
 FRONT_KEYS = ("w", "c", "lam", "rF", "mH", "xH", "zH", "IHxx", "IHzz", "IHxz", "mF", "IFxx")
 FRAME_KEYS = ("mB", "xB", "zB", "IBxx", "IBzz", "IBxz", "mR", "rR", "IRxx")
-RIDDEN = 30.0  # kg of a rear frame that holds a rider
 BARE_FRAME = {"mB": 5.5, "xB": 0.4, "zB": -0.5, "IBxx": 0.3, "IBzz": 0.25, "IBxz": 0.05}
 """Assumed rear frame (SI) of a bicycle whose numbers include a rider who was not there."""
 
@@ -67,6 +68,14 @@ HOLD_SHARE = Unknown("hold_share", -0.2, 1.0, 1e-4, (0.4, 0.1))  # of the wheelb
 HOLD_HEIGHT = Unknown("hold_height", 0.0, 1.5, 1e-4, (0.5, 0.25))  # m above the ground
 
 
+TYPICAL_SADDLE = (math.log(9e3), 0.75)  # N m/rad; 2e3 to 4e4 in 95 %, the typical range of the effect
+SADDLE_STIFFNESS = Unknown("log_saddle_stiffness", math.log(50.0), math.log(1e7), 1e-4, TYPICAL_SADDLE)
+SADDLE_RATIO = Unknown("log_saddle_ratio", math.log(1e-3), math.log(2.0), 1e-4, (math.log(0.22), 0.5))
+SEATED_TIME = replace(TIME, prior=(math.log(1e-3), 1.5))  # of a front with a damping ratio of 0.003 to 0.8 at 16 Hz
+RIDER_SHARES = {"mass_share": 0.03, "inertia_share": 0.1, "joint_x": 0.02}
+"""Standard uncertainty of what a model that does not state its seated rider assumes of this body (1, 1, m)."""
+
+
 @dataclass(frozen=True)
 class Hypothesis:
     """What the front and its hold are taken to be."""
@@ -85,6 +94,11 @@ class Hypothesis:
         """True where the frame is not held."""
         return ROTATION in self.unknowns
 
+    @property
+    def seated(self) -> bool:
+        """True with a rider who yaws on the saddle."""
+        return SADDLE_STIFFNESS in self.unknowns
+
 
 def _starts(rows: Sequence[Sequence[float]], names: Sequence[str]) -> tuple[Mapping[str, float], ...]:
     """Starts from rows of numbers: a stiffness becomes its logarithm."""
@@ -101,6 +115,14 @@ TWO_JOINTS = Hypothesis(
     _starts(
         [(15000.0, 1.0, 5000.0, 0.22), (5000.0, 0.6, 8000.0, 0.22), (40000.0, 1.8, 4000.0, 0.22)],
         ("log_stiffness", "height", "log_fork_stiffness", "fork_length"),
+    ),
+)
+RIDER_YAWS = Hypothesis(
+    "one hinge and a rider who yaws on the saddle",
+    (STIFFNESS, HEIGHT, SADDLE_STIFFNESS, SADDLE_RATIO),
+    _starts(
+        [(front, 0.3, saddle, 0.22) for front in (2500.0, 7000.0) for saddle in (3000.0, 9000.0, 27000.0)],
+        ("log_stiffness", "height", "log_saddle_stiffness", "log_saddle_ratio"),
     ),
 )
 NOT_HELD = Hypothesis(
@@ -197,6 +219,7 @@ class _Problem:
     base: Mapping[str, float]  # parameters of the bicycle, SI
     floating: Mapping[str, float]  # key of what floats -> sd
     prediction: Prediction = field(compare=False)
+    tied: Mapping[str, str] = field(default_factory=dict)  # parameter -> the one that it equals
 
     @cached_property
     def data(self) -> tuple[Array, Array, NDArray[np.intp]]:
@@ -222,6 +245,7 @@ class _Problem:
         if errors is not None:
             for k, (key, sd) in enumerate(self.floating.items()):
                 values[key] = values.get(key, 0.0) + sd * errors[:, k]
+        values |= {follower: values[leader] for follower, leader in self.tied.items()}
         coordinates = {u.name: theta[:, k] for k, u in enumerate(self.hypothesis.unknowns)}
         return self.prediction(values | front_values(coordinates, values))[:, self.data[2]]
 
@@ -283,10 +307,21 @@ def front_values(x: Mapping[str, Array], values: Mapping[str, Array]) -> dict[st
         fork = np.exp(x["log_fork_stiffness"])
         front |= {f"{FORK}.stiffness": fork, f"{FORK}.damping": time * fork}
         front[f"{FORK}.length"] = x["fork_length"]
+    if "log_saddle_stiffness" in x:
+        front |= _saddle_values(np.exp(x["log_saddle_stiffness"]), np.exp(x["log_saddle_ratio"]), values)
     if "log_rotation" in x:
         hold = np.exp(x["log_rotation"]), np.exp(x["log_lateral"]), x["hold_share"] * values["w"], -x["hold_height"]
         front |= dict(zip(SUPPORT, hold, strict=True))
     return front
+
+
+def _saddle_values(stiffness: Array, ratio: Array, values: Mapping[str, Array]) -> dict[str, Array]:
+    """Stiffness (N m/rad) and damping (N m s/rad) of the rider's hinge, from its damping ratio on a held frame."""
+    prefix = f"{SADDLE}."
+    own = {key.removeprefix(prefix): number for key, number in values.items() if key.startswith(prefix)}
+    saddle: Any = effect_class(SADDLE)()
+    inertia = saddle.carried_inertia(own)
+    return {f"{SADDLE}.stiffness": stiffness, f"{SADDLE}.damping": 2 * ratio * np.sqrt(stiffness * inertia)}
 
 
 def fit_front(
@@ -301,7 +336,7 @@ def fit_front(
     model : Model
         The bicycle; of its effects those at a free handlebar are used.
     hypothesis : Hypothesis
-        :data:`ONE_HINGE`, :data:`TWO_JOINTS` or :data:`NOT_HELD`.
+        :data:`ONE_HINGE`, :data:`TWO_JOINTS`, :data:`RIDER_YAWS` or :data:`NOT_HELD`.
     stated_sd : mapping, optional
         Standard uncertainty of parameters of the bicycle, SI, in place of those that the model states or that are
         assumed.
@@ -314,7 +349,8 @@ def fit_front(
     if readings.damped:
         last = {"log_time": math.log(1e-3)}
         starts = tuple({**start, **last} for start in hypothesis.starts)
-        hypothesis = replace(hypothesis, unknowns=(*hypothesis.unknowns, TIME), starts=starts)
+        time = SEATED_TIME if hypothesis.seated else TIME
+        hypothesis = replace(hypothesis, unknowns=(*hypothesis.unknowns, time), starts=starts)
     problem = _problem(readings.merge_alike(), model, hypothesis, stated_sd or {})
     unknowns = [u for u in hypothesis.unknowns if math.isinf(u.prior[1])]
     count = len(problem.data[0])
@@ -360,14 +396,23 @@ def _widen_by_height(problem: "_Problem", fit: FrontFit) -> FrontFit:
 def _problem(readings: Readings, model: Model, hypothesis: Hypothesis, stated_sd: Mapping[str, float]) -> _Problem:
     names = [FRONT] + [FORK] * hypothesis.forked
     present = {effect.identifier for effect in model.effects}
+    names += [SADDLE] * hypothesis.seated
     names += [name for name in TURNING if readings.bar_free and name in present]
-    prediction = Prediction(readings, tuple(effect_class(name) for name in names))
+    ridden = model.bicycle["mB"] >= LIGHTEST_RIDDEN
+    prediction = Prediction(readings, tuple(effect_class(name) for name in names), ridden)
     base = dict(model.parameters)
     deviations = {key: deviation.sd for key, deviation in standard_deviations(model, stated_sd).items()}
     keys = list(FRONT_KEYS)
+    if prediction.frame_free:
+        keys += FRAME_KEYS
+    tied: Mapping[str, str] = {}
+    if hypothesis.seated:
+        base, tied, shares = _with_rider(model)
+        deviations |= shares
+        keys += shares
     if hypothesis.supported:
         keys += FRAME_KEYS
-        if base["mB"] > RIDDEN:
+        if base["mB"] > LIGHTEST_RIDDEN:
             base |= BARE_FRAME | {"xB": BARE_FRAME["xB"] * base["w"]}
             deviations |= {key: 0.2 * abs(number) for key, number in BARE_FRAME.items()}
     floating = {key: deviations[key] for key in keys if deviations.get(key, 0.0) > 0}
@@ -375,7 +420,21 @@ def _problem(readings: Readings, model: Model, hypothesis: Hypothesis, stated_sd
     floating |= {load_error(force): errors.load for force in readings.loads}
     floating |= {place_error(place): errors.place for place in readings.places}
     floating |= {gain_error(pair): errors.gain for pair in readings.pairs}
-    return _Problem(readings, hypothesis, base, {key: sd for key, sd in floating.items() if sd > 0}, prediction)
+    return _Problem(readings, hypothesis, base, {key: sd for key, sd in floating.items() if sd > 0}, prediction, tied)
+
+
+def _with_rider(model: Model) -> tuple[dict[str, float], dict[str, str], dict[str, float]]:
+    """Parameters (SI) of a model with its seated rider, which of the rider's follow others, and sd of assumed ones.
+
+    A rider whom the model states moves as stated. Numbers that equal one of the bicycle stay those of the bicycle.
+    """
+    stated = any(effect.identifier == SADDLE for effect in model.effects)
+    whole = model if stated else model.with_effect(effect_class(SADDLE)())
+    base = dict(whole.parameters)
+    shares = {f"{SADDLE}.{name}": sd for name, sd in RIDER_SHARES.items()}
+    exact = base[f"{SADDLE}.mass_share"] == 1.0
+    tied = {key: leader for key, leader in whole.tied.items() if key.startswith(f"{SADDLE}.")}
+    return base, tied, {key: sd for key, sd in shares.items() if not (exact and key.endswith("share"))}
 
 
 def _solve_all(problem: _Problem, starts: Sequence[Array] = ()) -> list[FrontFit]:

@@ -8,9 +8,16 @@ from enum import StrEnum
 from scipy.special import chdtrc
 
 from bicycle.model.model import Model
+from bicycle.parameters.bicycle import LIGHTEST_RIDDEN
 from bicycle.standing.front_fit import (
+    FRONT,
     NOT_HELD,
     ONE_HINGE,
+    RIDER_YAWS,
+    SADDLE,
+    SADDLE_RATIO,
+    SADDLE_STIFFNESS,
+    STIFFNESS,
     TWO_JOINTS,
     FrontFit,
     Hypothesis,
@@ -33,6 +40,14 @@ FAR_BETTER = 0.1
 """Chi^2 over that of a held frame, below which a hold that gives way is named though it is not quite as assumed."""
 
 
+HARDLY_BETTER = 0.5
+"""Share of the sd that is assumed of a saddle, above which the readings leave it open."""
+POOR_DAMPING = 0.4
+"""Relative standard uncertainty of the damping of a front frame under a rider, above which it is not measured."""
+POOR_STIFFNESS = 0.25
+"""Relative standard uncertainty of the stiffness of a front frame under a rider, above which it is not measured."""
+
+
 class Outcome(StrEnum):
     """What the readings say."""
 
@@ -40,12 +55,18 @@ class Outcome(StrEnum):
     TWO_JOINTS = "two_joints"
     TWO_ANSWERS = "two_answers"  # two hinges fit alike
     NOT_HELD = "not_held"  # the frame moved
+    RIDER_YAWS = "rider_yaws"  # one hinge, and the frame yaws under a seated rider
+    NOT_SEPARATE = "not_separate"  # front frame and seated rider cannot be told apart
     ODD_HINGE = "odd_hinge"  # one hinge fits where no front frame has it, and a second joint is not determined
     UNEXPLAINED = "unexplained"
 
 
-NUMBERS = (Outcome.ONE_HINGE, Outcome.TWO_JOINTS)
-"""Outcomes whose numbers may be used."""
+NUMBERS = {
+    Outcome.ONE_HINGE: ONE_HINGE.name,
+    Outcome.TWO_JOINTS: TWO_JOINTS.name,
+    Outcome.RIDER_YAWS: RIDER_YAWS.name,
+}
+"""Outcomes whose numbers may be used, and the hypothesis that has them."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +96,25 @@ class FrontResult:
         """The fit whose numbers may be used; None if there is none."""
         if self.outcome not in NUMBERS:
             return None
-        return self.fits[(ONE_HINGE if self.outcome == Outcome.ONE_HINGE else TWO_JOINTS).name]
+        return self.fits[NUMBERS[self.outcome]]
+
+    @property
+    def saddle_open(self) -> tuple[str, ...]:
+        """Which of stiffness and damping of the saddle the readings leave nearly as it was assumed."""
+        fit = self.fit if self.outcome == Outcome.RIDER_YAWS else None
+        if fit is None:
+            return ()
+        stiffness_sd, ratio_sd = SADDLE_STIFFNESS.prior[1], SADDLE_RATIO.prior[1]
+        assumed = {"stiffness": stiffness_sd, "damping": math.hypot(ratio_sd, stiffness_sd / 2)}  # c = 2 zeta sqrt(k I)
+        relative = {name: fit.sd(f"{SADDLE}.{name}") / fit.values[f"{SADDLE}.{name}"] for name in assumed}
+        return tuple(name for name, sd in assumed.items() if relative[name] > HARDLY_BETTER * sd)
+
+    @property
+    def damping_not_separate(self) -> bool:
+        """True if the damping of the front frame cannot be told from that of a seated rider."""
+        fit = self.fit if self.outcome == Outcome.RIDER_YAWS else None
+        key = f"{FRONT}.damping"
+        return fit is not None and self.readings.damped and fit.sd(key) > POOR_DAMPING * fit.values[key]
 
     @property
     def hold_checked(self) -> str:
@@ -112,6 +151,14 @@ def measure_front(readings: Readings, model: Model, stated_sd: Mapping[str, floa
             return None
         return fits[hypothesis.name]
 
+    if readings.seated and readings.taps:
+        mass = model.bicycle["mB"]
+        if mass < LIGHTEST_RIDDEN:
+            raise InputError(
+                f"a rider sat on the saddle, and the bicycle has none: mB = {mass:g} kg is below "
+                f"{LIGHTEST_RIDDEN:g} kg; give the bicycle with its rider"
+            )
+        return _measure_seated(readings, model, motion, stated_sd)
     one = attempt(ONE_HINGE)
     if motion is not None and motion.moved:
         return FrontResult(readings, Outcome.NOT_HELD, fits, motion)
@@ -131,6 +178,27 @@ def measure_front(readings: Readings, model: Model, stated_sd: Mapping[str, floa
     return FrontResult(readings, outcome, fits, motion)
 
 
+def _measure_seated(
+    readings: Readings, model: Model, motion: FrameMotion | None, stated_sd: Mapping[str, float] | None
+) -> FrontResult:
+    """Find front frame and saddle of a bicycle on whose saddle a rider sits; the frame is not held in the taps."""
+    fit = fit_front(readings, model, RIDER_YAWS, stated_sd)
+    fits = {RIDER_YAWS.name: fit}
+    if motion is not None and motion.moved:
+        outcome = Outcome.NOT_HELD
+    elif not fit.fits:
+        outcome = Outcome.UNEXPLAINED
+    elif fit.others:
+        outcome = Outcome.TWO_ANSWERS
+    elif not is_plausible(fit):
+        outcome = Outcome.ODD_HINGE
+    elif fit.height_assumed or fit.coordinate(STIFFNESS)[1] > POOR_STIFFNESS:
+        outcome = Outcome.NOT_SEPARATE
+    else:
+        outcome = Outcome.RIDER_YAWS
+    return FrontResult(readings, outcome, fits, motion)
+
+
 def is_plausible(fit: FrontFit) -> bool:
     """True if the 95 % interval of the hinge's height reaches into :data:`PLAUSIBLE_HEIGHT`."""
     height, sd = fit.height
@@ -138,13 +206,16 @@ def is_plausible(fit: FrontFit) -> bool:
 
 
 def frame_motion(readings: Readings) -> FrameMotion | None:
-    """Find how far the rear frame moved; None if it was not read."""
+    """Find how far the rear frame moved; None if it was not read.
+
+    Under a seated rider it may move in the taps, of which nothing is said here.
+    """
     shares, squares = [], []
     for deflection in readings.deflections:
         if deflection.read.on == "frame":
             shares.append(abs(deflection.value) / _hub_deflection(readings, deflection.force, deflection.loaded))
             squares.append((deflection.value / deflection.sd) ** 2)
-    for tap in readings.merge_alike().taps:
+    for tap in () if readings.seated else readings.merge_alike().taps:
         for ratio in tap.ratios:
             if ratio.read.on == "frame":
                 shares.append(abs(ratio.value))

@@ -1,10 +1,13 @@
 """Deflections and vibrations that a model predicts for a standing bicycle, for many bicycles at a time.
 
 A load F at a place deflects the bicycle by q = (K + W)^-1 b F, and a gauge reads b' q, with the rows b of both places.
-After a tap it moves by the eigenvectors of M q'' + C q' + (K + W) q = 0. Rows and columns of what is held are taken
-out. A frame that is not held stands on springs at the point of the hold.
+After a tap it moves by the eigenvectors of M q'' + C q' + (K + W) q = 0. What is held are places and bodies whose
+displacement is a row r with r q = 0: those coordinates of the frame follow the others, q = N z, and N' M N is the mass
+of what is free. Held is the rear frame, or the rear wheel where the axle is held, or under a seated rider the point at
+which the rear tyre stands. A frame that is not held stands on springs at the point of the hold.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +22,9 @@ from tyre.ground.arrays import Array, Complex
 SUPPORT = ("support.rotation", "support.lateral", "support.x", "support.z")
 """Keys of a hold: stiffness in roll and yaw (N m/rad), to the side (N/m), its place (m) in the axes of the bicycle."""
 STEER = "steer"
+SERIES = "wheel_compliance.stiffness.front"
+"""Key of the lateral stiffness (N/m) of rim and spokes of the front wheel, in series with what is read at the rim."""
+RIM_SHARE = 0.8  # of the wheel's radius below the hub, from where on a place is at the rim
 
 
 def load_error(force: float) -> str:
@@ -42,6 +48,7 @@ class Prediction:
 
     readings: Readings
     effects: tuple[type[Any], ...]  # those that add joints, springs or dampers, by identifier
+    ridden: bool = False  # the numbers of the bicycle include a rider: one who is seated lets the frame yaw and lean
 
     @cached_property
     def frame(self) -> HeldFrame:
@@ -69,10 +76,26 @@ class Prediction:
         ]
         return np.concatenate(columns, -1)
 
-    def _free(self, *, supported: bool, bar_free: bool) -> list[int]:
-        """Places of the coordinates that are not held."""
+    @property
+    def frame_free(self) -> bool:
+        """True if only a rider holds the frame in the taps."""
+        return self.readings.seated and self.ridden
+
+    def _motions(self, matrices: HeldMatrices, *, supported: bool, bar_free: bool, seated: bool = False) -> Array:
+        """Columns N (k, n, m): the coordinates per coordinate that is free."""
         names = self.frame.coordinates
-        return [k for k, name in enumerate(names) if (supported or name not in FRAME) and (bar_free or name != STEER)]
+        held = np.array([], int) if supported else np.array([0]) if seated else np.arange(len(FRAME))
+        free = [k for k, name in enumerate(names) if k not in held and (bar_free or name != STEER)]
+        count = len(matrices.mass)
+        motions = np.zeros((count, len(names), len(free)))
+        motions[:, free, np.arange(len(free))] = 1.0
+        if not len(held):
+            return motions
+        body = "rear wheel" if seated or self.readings.axle_held else "frame"
+        rows = matrices.rows[body][:, : len(held)]  # of the point under the rear axle; or also its slopes in x and z
+        rows = np.broadcast_to(rows, (count, *rows.shape[1:]))
+        motions[:, held] = -np.linalg.solve(rows[:, :, held], rows[:, :, free])
+        return motions
 
     def _row(self, matrices: HeldMatrices, values: Mapping[str, Array], place: Place) -> Array:
         """Displacement (k, n) of a place per coordinate."""
@@ -84,22 +107,27 @@ class Prediction:
         self, matrices: HeldMatrices, stiffness: Array, values: Mapping[str, Array], *, supported: bool
     ) -> Array:
         """Deflections (k, number), m; the handlebar is held."""
-        free = self._free(supported=supported, bar_free=False)
-        compliance = np.linalg.inv(stiffness[:, free][:, :, free])
+        motions = self._motions(matrices, supported=supported, bar_free=False)
+        compliance = np.linalg.inv(_reduced(stiffness, motions))
         columns = []
         for deflection in self.readings.deflections:
             load = deflection.force * (1 + values.get(load_error(abs(deflection.force)), np.zeros(1)))
-            loaded = self._row(matrices, values, deflection.loaded)[:, free]
-            read = self._row(matrices, values, deflection.read)[:, free]
-            columns.append(load * np.einsum("ki,kij,kj->k", read, compliance, loaded))
+            loaded, read = (
+                np.einsum("kn,knm->km", self._row(matrices, values, place), motions)
+                for place in (deflection.loaded, deflection.read)
+            )
+            deflected = np.einsum("ki,kij,kj->k", read, compliance, loaded)
+            if SERIES in values and all(at_rim(p, values["rF"]) for p in (deflection.loaded, deflection.read)):
+                deflected = deflected + 1 / values[SERIES]
+            columns.append(load * deflected)
         return np.stack(columns, -1) if columns else np.zeros((len(stiffness), 0))
 
     def _tap(
         self, number: int, matrices: HeldMatrices, stiffness: Array, values: Mapping[str, Array], *, supported: bool
     ) -> Array:
-        """Frequency (Hz), damping ratio and ratios of one tap, (k, 2 + ratios), of the mode nearest to it."""
+        """Frequency (Hz), damping ratio, parts of ratios of one tap, (k, 2 + 2 ratios), of the mode nearest to it."""
         tap = self.readings.taps[number]
-        free = self._free(supported=supported, bar_free=self.readings.bar_free)
+        motions = self._motions(matrices, supported=supported, bar_free=self.readings.bar_free, seated=self.frame_free)
         mass = matrices.mass
         if tap.added_mass:
             row = self._row(matrices, values, tap.added)
@@ -108,14 +136,20 @@ class Prediction:
                 lift = _lift(matrices.rows[tap.added.on], row)
                 stiffness = stiffness - values["g"][:, None, None] * tap.added_mass * lift
         free_mass, free_damping, free_stiffness = (
-            matrix[:, free][:, :, free] for matrix in (mass, matrices.damping, stiffness)
+            _reduced(matrix, motions) for matrix in (mass, matrices.damping, stiffness)
         )
-        root, shape = nearest_mode(free_mass, free_damping, free_stiffness, 2 * np.pi * tap.frequency_hz)
+        # of two vibrations near each other the damping decides; of a frame that is held there is one
+        angle = tap.angle if self.frame_free else math.nan
+        root, shape = nearest_mode(free_mass, free_damping, free_stiffness, 2 * np.pi * tap.frequency_hz, angle)
         columns = [np.abs(root) / (2 * np.pi), -root.real / np.abs(root)]
         for ratio in tap.ratios:
-            read, over = (self._row(matrices, values, place)[:, free] for place in (ratio.read, ratio.over))
+            read, over = (
+                np.einsum("kn,knm->km", self._row(matrices, values, place), motions)
+                for place in (ratio.read, ratio.over)
+            )
             gain = 1 + values.get(gain_error((ratio.read, ratio.over)), np.zeros(1))
-            columns.append(gain * ((read * shape).sum(-1) / (over * shape).sum(-1)).real)
+            moved = gain * (read * shape).sum(-1) / (over * shape).sum(-1)
+            columns += [moved.real, moved.imag]
         return np.stack(np.broadcast_arrays(*columns), -1)
 
 
@@ -153,13 +187,30 @@ def _lift(rows: Array, row: Array) -> Array:
     return np.asarray(hessian)
 
 
-def nearest_mode(mass: Array, damping: Array, stiffness: Array, omega: float) -> tuple[Complex, Complex]:
-    """Eigenvalue (k,), 1/s, and shape (k, n) of the oscillation whose frequency is nearest to ``omega`` (rad/s)."""
+def _reduced(matrix: Array, motions: Array) -> Array:
+    """Matrix (k, m, m) of what is free, N' A N."""
+    return np.asarray(np.swapaxes(motions, 1, 2) @ matrix @ motions)
+
+
+def at_rim(place: Place, radius: Array | float) -> bool:
+    """True of a place near the lowest point of the front wheel, whose ``radius`` is in m."""
+    return place.on == "wheel" and place.above_hub < -RIM_SHARE * float(np.min(radius))
+
+
+def nearest_mode(
+    mass: Array, damping: Array, stiffness: Array, omega: float, angle: float = math.nan
+) -> tuple[Complex, Complex]:
+    """Eigenvalue (k,), 1/s, and shape (k, n) of the oscillation whose frequency is nearest to ``omega`` (rad/s).
+
+    With an ``angle`` (rad) beyond the imaginary axis: whose logarithm is nearest.
+    """
     n = mass.shape[-1]
     upper = np.concatenate([np.zeros_like(mass), np.broadcast_to(np.eye(n), mass.shape)], -1)
     lower = -np.linalg.solve(mass, np.concatenate([stiffness, damping], -1))
     roots, vectors = np.linalg.eig(np.concatenate([upper, lower], -2))
     distance = np.abs(np.log(np.maximum(np.abs(roots), 1e-6) / omega)) + np.where(roots.imag > 0, 0.0, 1e3)
+    if not math.isnan(angle):
+        distance = np.hypot(distance, np.angle(roots) - np.pi / 2 - angle)
     chosen = distance.argmin(-1)
     every = np.arange(len(roots))
     return np.asarray(roots[every, chosen], complex), np.asarray(vectors[every, :n, chosen], complex)

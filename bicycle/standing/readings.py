@@ -41,6 +41,7 @@ class Ratio:
     over: Place
     value: float
     sd: float
+    imaginary: float = math.nan  # of the complex ratio, with the same sd; NaN: not measured
 
 
 @dataclass(frozen=True)
@@ -55,12 +56,18 @@ class Tap:
     ratios: tuple[Ratio, ...] = ()
     added_mass: float = 0.0  # kg
     added: Place = field(default_factory=lambda: Place(0.0))  # of the added mass
+    vibration: int = 1  # number of the vibration where one tap leaves two, the slower first
 
     @property
     def arrangement(self) -> tuple[object, ...]:
         """What taps that repeat each other have in common."""
-        pairs = tuple((ratio.read, ratio.over) for ratio in self.ratios)
-        return self.added_mass, self.added, pairs, math.isnan(self.damping_ratio)
+        pairs = tuple((ratio.read, ratio.over, math.isnan(ratio.imaginary)) for ratio in self.ratios)
+        return self.added_mass, self.added, pairs, math.isnan(self.damping_ratio), self.vibration
+
+    @property
+    def angle(self) -> float:
+        """Angle (rad) of the eigenvalue beyond the imaginary axis; NaN if no damping ratio was measured."""
+        return math.asin(min(max(self.damping_ratio, 0.0), 1.0)) if not math.isnan(self.damping_ratio) else math.nan
 
 
 @dataclass(frozen=True)
@@ -74,13 +81,19 @@ class Errors:
 
 @dataclass(frozen=True)
 class Readings:
-    """Everything that was read on one bicycle with its rear frame held and its front wheel in the air."""
+    """Everything that was read on one bicycle with its rear frame held and its front wheel in the air.
+
+    Under a seated rider the rear wheel stands on the ground, and the frame yaws and leans with the rider in the taps.
+    Deflections are read with the frame held.
+    """
 
     deflections: tuple[Deflection, ...] = ()
     taps: tuple[Tap, ...] = ()
     bar_free: bool = False  # the handlebar may turn in the taps
     on_side: bool = False  # the bicycle lies on its side
     errors: Errors = field(default_factory=Errors)
+    seated: bool = False  # a rider sits on the saddle, and nothing else holds the frame
+    axle_held: bool = False  # the rear axle is held, not the main frame
 
     @property
     def loads(self) -> tuple[float, ...]:
@@ -110,12 +123,13 @@ class Readings:
         )
 
     def numbers(self) -> tuple[Array, Array]:
-        """Measured numbers (n,) and their sd: deflections in m; of each tap Hz, damping ratio, ratios."""
+        """Measured numbers (n,) and their sd: deflections in m; of each tap Hz, damping ratio, parts of ratios."""
         pairs = [(deflection.value, deflection.sd) for deflection in self.deflections]
         for tap in self.taps:
             pairs.append((tap.frequency_hz, tap.frequency_sd_hz))
             pairs.append((tap.damping_ratio, tap.damping_ratio_sd))
-            pairs += [(ratio.value, ratio.sd) for ratio in tap.ratios]
+            for ratio in tap.ratios:
+                pairs += [(ratio.value, ratio.sd), (ratio.imaginary, ratio.sd)]
         measured = np.array(pairs, float).reshape(-1, 2)
         return measured[:, 0], measured[:, 1]
 
@@ -144,7 +158,8 @@ def _mean_tap(taps: Sequence[Tap]) -> Tap:
     ratios = []
     for k, ratio in enumerate(first.ratios):
         value, sd = _weighted_mean([(tap.ratios[k].value, tap.ratios[k].sd) for tap in taps])
-        ratios.append(replace(ratio, value=value, sd=sd))
+        imaginary, _ = _weighted_mean([(tap.ratios[k].imaginary, tap.ratios[k].sd) for tap in taps])
+        ratios.append(replace(ratio, value=value, sd=sd, imaginary=imaginary))
     return replace(
         first,
         frequency_hz=frequency,

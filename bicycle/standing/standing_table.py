@@ -31,9 +31,11 @@ HOLDS = {
     "frame clamped": "the frame is clamped",
     "workstand": "a workstand gives way: read the frame as well",
     "trainer": "the rear axle is held in a trainer",
-    "rider seated": "a rider sits on the saddle: what is measured is the front frame with this rider",
+    "rider seated": "a rider sits on the saddle, feet on the pedals: the frame yaws and leans with the rider",
 }
 """What held the frame, and what that means."""
+SEATED = "rider seated"
+AXLE = ("dropouts", "trainer")  # holds of the rear axle
 BARS = ("strapped", "free")
 POSES = ("upright", "on its side")
 SENSORS = ("rim", "stem", "frame")  # besides the hub
@@ -103,10 +105,22 @@ def read_standing(content: Any, folder: Path, p: Mapping[str, float]) -> Standin
     taps: tuple[Tap, ...] = ()
     if "vibrations" in given:
         taps += tuple(_read_vibrations(folder / given["vibrations"], given, words))
-    taps += _read_taps(given, folder)
+    seated = given["held"] == SEATED
+    taps += _read_taps(given, folder, seated=seated)
     if not deflections and not taps:
         raise InputError("[standing]: nothing was read; give deflections, taps or vibrations")
-    readings = Readings(deflections, taps, given["bar"] == "free", given["pose"] == "on its side", errors)
+    on_side = given["pose"] == "on its side"
+    if seated and on_side:
+        raise InputError(f'[standing]: held = "{SEATED}" and pose = "on its side" exclude each other')
+    readings = Readings(
+        deflections,
+        taps,
+        given["bar"] == "free",
+        on_side,
+        errors,
+        seated=seated,
+        axle_held=given["held"] in AXLE,
+    )
     return Standing(readings, given["held"], tuple(_notes(readings)))
 
 
@@ -172,7 +186,9 @@ VIBRATIONS: dict[str, Check] = {
     "damping_ratio": number(least=0, most=1, says="must be a damping ratio from 0 to 1"),
     "damping_ratio_sd": POSITIVE,
     "added_kg": number(least=0, most=20, says="must be a mass in kg, up to 20"),
+    "vibration": number(least=1, most=2, says="must be 1 for the slower vibration, 2 for the faster one"),
     **{name: number(least=-50, most=50) for name in RATIOS},
+    **{f"{name}_imaginary": number(least=-50, most=50) for name in RATIOS},
     **{f"{name}_sd": POSITIVE for name in RATIOS},
 }
 
@@ -186,11 +202,20 @@ def _read_vibrations(path: Path, given: Mapping[str, Any], words: Mapping[str, f
     )
     for name in ("damping_ratio", *(name for name in RATIOS)):
         _refuse_half(path, columns, (name, f"{name}_sd"))
+    for name in RATIOS:
+        if f"{name}_imaginary" in columns.numbers and name not in columns.numbers:
+            raise InputError(f"{path}: {name}_imaginary needs the column {name} as well")
     _refuse_half(path, columns, ("added_kg", "added_above_hub_m"))
     for row, line in enumerate(columns.lines):
         cell = {name: float(column[row]) for name, column in columns.numbers.items()}
         ratios = tuple(
-            Ratio(_sensor(given, sensor, str(path)), Place(0.0), cell[name], cell[f"{name}_sd"])
+            Ratio(
+                _sensor(given, sensor, str(path)),
+                Place(0.0),
+                cell[name],
+                cell[f"{name}_sd"],
+                cell.get(f"{name}_imaginary", math.nan),
+            )
             for name, sensor in RATIOS.items()
             if name in cell
         )
@@ -203,6 +228,7 @@ def _read_vibrations(path: Path, given: Mapping[str, Any], words: Mapping[str, f
             ratios,
             cell.get("added_kg", 0.0),
             point(cell.get("added_above_hub_m", 0.0)) if cell.get("added_kg") else Place(0.0),
+            int(cell.get("vibration", 1)),
         )
 
 
@@ -214,8 +240,8 @@ def _refuse_half(path: Path, columns: Columns, pair: tuple[str, str]) -> None:
         raise InputError(f"{path}: {present[0]} needs the column {missing} as well")
 
 
-def _read_taps(given: Mapping[str, Any], folder: Path) -> tuple[Tap, ...]:
-    """Read recordings of taps, without and with an added mass."""
+def _read_taps(given: Mapping[str, Any], folder: Path, *, seated: bool) -> tuple[Tap, ...]:
+    """Read recordings of taps, without and with an added mass; under a seated rider two vibrations of each."""
     entries = [(name, 0.0, Place(0.0)) for name in given.get("taps", ())]
     for group in given["with_mass"]:
         entries += [(name, group["added_kg"], point(group["added_above_hub_m"])) for name in group["taps"]]
@@ -226,7 +252,7 @@ def _read_taps(given: Mapping[str, Any], folder: Path) -> tuple[Tap, ...]:
         places |= {channel: _sensor(given, channel.partition("_")[0], str(folder / name)) for channel in channels}
         recordings.append(TapRecording(name, time, channels, added_mass, added))
     _refuse_copies(recordings)
-    return identify_taps(recordings, places) if recordings else ()
+    return identify_taps(recordings, places, seated=seated) if recordings else ()
 
 
 def _refuse_copies(recordings: Sequence[TapRecording]) -> None:

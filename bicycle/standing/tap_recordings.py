@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bicycle.identification.free_decay import Decay, identify
+from bicycle.identification.free_decay import Decay, identify, identify_modes
 from bicycle.identification.recording import Run
 from bicycle.identification.scatter import repeats
 from bicycle.standing.readings import Place, Ratio, Tap
@@ -63,21 +63,31 @@ def read_tap(path: Path) -> tuple[Array, dict[str, Array]]:
     return time, {name: columns.numbers[name] for name in sorted(sensors, key=lambda name: not name.startswith("hub"))}
 
 
-def identify_taps(recordings: Sequence[TapRecording], places: Mapping[str, Place]) -> tuple[Tap, ...]:
+def identify_taps(
+    recordings: Sequence[TapRecording], places: Mapping[str, Place], *, seated: bool = False
+) -> tuple[Tap, ...]:
     """Find the slowest vibration of each recording; taps alike widen their sd by their scatter.
+
+    Under a seated rider the frame vibrates as well: two vibrations are read where the recording shows both, and the
+    ratios keep their imaginary parts, in which the damping of the rider shows.
 
     Parameters
     ----------
     recordings : sequence of TapRecording
     places : mapping
         Column of a sensor -> its place.
+    seated : bool
+        A rider sits on the saddle.
 
     Raises
     ------
     InputError
         A recording without a vibration that can be read.
     """
-    taps = [_tap(recording, identify_tap(recording), places) for recording in recordings]
+    if seated:
+        taps = _taps_under_rider(recordings, places)
+    else:
+        taps = [_tap(recording, identify_tap(recording), places) for recording in recordings]
     groups: dict[tuple[object, ...], list[int]] = {}
     for k, tap in enumerate(taps):
         groups.setdefault(tap.arrangement, []).append(k)
@@ -89,10 +99,7 @@ def identify_taps(recordings: Sequence[TapRecording], places: Mapping[str, Place
 
 def identify_tap(recording: TapRecording) -> Decay:
     """Fit the decay after the largest sample; the clock is stretched by :data:`STRETCH`."""
-    peak = max(int(np.abs(x - np.median(x)).argmax()) for x in recording.channels.values())
-    time = STRETCH * (recording.time - recording.time[0])
-    run = Run(recording.name, 0.0, time, recording.channels, {})
-    first = float(time[min(peak + 2, len(time) - 1)])
+    run, first = _run_after_peak(recording)
     last = math.inf
     for _ in range(TRIES):
         decay = identify(run, first_s=first, last_s=last)
@@ -108,7 +115,39 @@ def identify_tap(recording: TapRecording) -> Decay:
     return decay
 
 
-def _tap(recording: TapRecording, decay: Decay, places: Mapping[str, Place]) -> Tap:
+def _run_after_peak(recording: TapRecording) -> tuple[Run, float]:
+    """The recording on its stretched clock, and the time (s) from which on it decays."""
+    peak = max(int(np.abs(x - np.median(x)).argmax()) for x in recording.channels.values())
+    time = STRETCH * (recording.time - recording.time[0])
+    return Run(recording.name, 0.0, time, recording.channels, {}), float(time[min(peak + 2, len(time) - 1)])
+
+
+def _taps_under_rider(recordings: Sequence[TapRecording], places: Mapping[str, Place]) -> list[Tap]:
+    """Both vibrations of each recording; of one that shows the larger alone it has the number of the nearest."""
+    taps: list[Tap] = []
+    alone: list[Tap] = []
+    for recording in recordings:
+        run, first = _run_after_peak(recording)
+        both = identify_modes(run, 2, first_s=first)
+        if any(decay.rejected for decay in both):
+            alone.append(_tap(recording, identify_tap(recording), places, phased=True))
+        else:
+            taps += [_tap(recording, decay, places, number, phased=True) for number, decay in enumerate(both, 1)]
+    pairs = tuple(taps)
+    for tap in alone:
+        nearest = min(pairs, key=lambda other: _distance(other, tap), default=tap)
+        taps.append(replace(tap, vibration=nearest.vibration))
+    return taps
+
+
+def _distance(tap: Tap, other: Tap) -> float:
+    """Distance of the logarithms of two eigenvalues."""
+    return math.hypot(math.log(tap.frequency_hz / other.frequency_hz), tap.angle - other.angle)
+
+
+def _tap(
+    recording: TapRecording, decay: Decay, places: Mapping[str, Place], vibration: int = 1, *, phased: bool = False
+) -> Tap:
     """Turn a decay of the stretched clock into frequency (Hz), damping ratio and ratios."""
     root: Complex = np.asarray(decay.eigenvalue * STRETCH)
     real_sd, imaginary_sd = (STRETCH * sd for sd in decay.sd)
@@ -117,20 +156,20 @@ def _tap(recording: TapRecording, decay: Decay, places: Mapping[str, Place]) -> 
     size_sd = math.hypot(cosine * real_sd, sine * imaginary_sd)
     damping_sd = abs(sine) * math.hypot(sine * real_sd, cosine * imaginary_sd) / size
     first = next(iter(recording.channels))
-    ratios = tuple(
-        Ratio(places[name], places[first], decay.ratios[f"{name}_over_{first}"][0].real, sd)
-        for name in list(recording.channels)[1:]
-        for _, sd in [decay.ratios[f"{name}_over_{first}"]]
-    )
+    ratios = []
+    for name in list(recording.channels)[1:]:
+        ratio, sd = decay.ratios[f"{name}_over_{first}"]
+        ratios.append(Ratio(places[name], places[first], ratio.real, sd, ratio.imag if phased else math.nan))
     return Tap(
         recording.name,
         size / (2 * math.pi),
         size_sd / (2 * math.pi),
         -cosine,
         damping_sd,
-        ratios,
+        tuple(ratios),
         recording.added_mass,
         recording.added,
+        vibration,
     )
 
 

@@ -15,8 +15,9 @@ import numpy as np
 from bicycle.effects.effect import Effect, SprungJoint
 from bicycle.effects.effect_registry import registry
 from bicycle.model.model import Model
-from bicycle.standing import SUPPORT, TABLE, Prediction, Readings, read_standing
+from bicycle.standing import SERIES, SUPPORT, TABLE, Prediction, Readings, at_rim, read_standing
 from studies.diagnosis.bicycle_kind import BicycleKind
+from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.mistakes import SENSOR
 from studies.inference import kind as base
@@ -26,7 +27,9 @@ from studies.inference.parameter import Candidate, UncertainParameter, central_d
 from tyre.ground.arrays import Array
 
 TURNING = ("steer_damper", "steer_spring")  # act on a handlebar that is free
+SADDLE, REAR, WHEEL = "rider_saddle", "rear_compliance", "wheel_compliance"
 NO_PART = "has no part in the deflections and vibrations of a front frame that stands still"
+NO_RIM = "no deflection was read at the rim under a weight at the rim: no other reading loads rim and spokes"
 HELD_BAR = "the handlebar is held"
 RIGID_HZ = 200.0
 """Frequency (Hz) of a front frame that does not give way at all: faster than any that is read."""
@@ -60,7 +63,7 @@ class StandingKind(BicycleKind, kind="standing"):
 
     def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """Prepare the library: joints of frame and fork, which these readings show directly, and the hold."""
-        shown = [name for name in ("fork_bending",) if name not in without]
+        shown = [name for name in ("fork_bending", REAR) if name not in without and not self._unseen(registry()[name])]
         prepared = super().prepare(without=without, also=(*also, *shown))
         acting = tuple(
             _with_wider_damping(c) for c in prepared.candidates if c.effect is None or not self._unseen(c.effect)
@@ -71,11 +74,40 @@ class StandingKind(BicycleKind, kind="standing"):
         """Reason why an ``effect`` does not act here; empty if it does."""
         if effect.identifier in TURNING:
             return "" if self.readings.bar_free else HELD_BAR
+        if effect.identifier == SADDLE:
+            return self._rider_unseen()
+        if effect.identifier == REAR:
+            return self._rear_unseen()
+        if effect.identifier == WHEEL:
+            return "" if self._reads_rim() else NO_RIM
         carries_front = effect.identifier in ("front_compliance", "fork_bending")
         return "" if issubclass(effect, SprungJoint) and carries_front else NO_PART
 
+    def _rider_unseen(self) -> str:
+        """Reason why a rider who yaws on the saddle does not show; empty if they do."""
+        if not self.readings.seated:
+            return f"no rider: the rear frame was held ({self.held})"
+        if why := nobody_rides(self.model):
+            return why
+        return "" if self.readings.taps else "the frame is held while weights hang: only taps show the rider"
+
+    def _rear_unseen(self) -> str:
+        """Reason why the rear triangle does not show; empty if it lies between the hold and the front."""
+        if self.readings.axle_held:
+            return ""
+        if self.readings.seated:
+            return "" if self.readings.taps else "the frame is held while weights hang: only taps show it"
+        return f"the main frame was held ({self.held}): nothing loads the rear triangle"
+
+    def _reads_rim(self) -> bool:
+        """True if a weight hung at the rim while the rim was read: elsewhere rim and spokes do not show."""
+        radius = self.model.bicycle["rF"]
+        return any(at_rim(d.loaded, radius) and at_rim(d.read, radius) for d in self.readings.deflections)
+
     def mistakes(self) -> tuple[Candidate, ...]:
-        """A hold that gives way: the frame stands on springs."""
+        """A hold that gives way: the frame stands on springs; a rider is no such hold."""
+        if self.readings.seated:
+            return ()
         scale = 0.5 / HOLD_SOFTEST
         stiffness = UncertainParameter(
             "stiffness",
@@ -107,6 +139,8 @@ class StandingKind(BicycleKind, kind="standing"):
 
     def assumptions(self) -> tuple[str, ...]:
         held = f"the rear frame was held ({self.held}), the front wheel in the air"
+        if self.readings.seated and not nobody_rides(self.model):
+            held = f"the front wheel was in the air and only the rider held the frame in the taps ({self.held})"
         rigid = f"a front frame that is rigid in the base model is taken to vibrate at {RIGID_HZ:g} Hz"
         return (held, rigid)
 
@@ -150,7 +184,9 @@ class StandingKind(BicycleKind, kind="standing"):
             groups.append(f"{deflection.force:g} N at {deflection.loaded.above_hub:g} m")
         for tap in self.readings.taps:
             of_tap = ["frequency", "damping ratio"]
-            of_tap += [f"ratio, {r.read.above_hub:g} m over {r.over.above_hub:g} m" for r in tap.ratios]
+            for ratio in tap.ratios:
+                places = f"{ratio.read.above_hub:g} m over {ratio.over.above_hub:g} m"
+                of_tap += [f"ratio, {places}", f"ratio, {places}, imaginary part"]
             labels += [f"{quantity} of {tap.name}" for quantity in of_tap]
             quantities += of_tap
             groups += [tap.name] * len(of_tap)
@@ -175,13 +211,15 @@ class StandingKind(BicycleKind, kind="standing"):
     def _predict(self, candidates: Candidates, theta: Array) -> Array:
         """Predicted numbers (k, n) at coordinates (k, p)."""
         model, _ = self._standing
-        effects: Sequence[type[Effect]] = [type(effect) for effect in model.effects if effect.slot is None]
-        effects = [*effects, *(c.effect for c in candidates if c.effect is not None)]
+        present = [type(effect) for effect in model.effects if effect.slot is None]
+        present += [c.effect for c in candidates if c.effect is not None]
+        effects: Sequence[type[Effect]] = [effect for effect in present if effect.identifier != WHEEL]  # not a joint
         values = {key: value[:, 0] for key, value in self.family(candidates).values(theta).items()}
         used = self._used[2]
-        if not effects and SUPPORT[0] not in values:
+        if not effects and not {SUPPORT[0], SERIES} & set(values):
             return np.tile(self._rigid[used], (len(theta), 1))
-        prediction = Prediction(self.readings, tuple(sorted(effects, key=lambda effect: effect.identifier)))
+        ridden = not nobody_rides(self.model)
+        prediction = Prediction(self.readings, tuple(sorted(effects, key=lambda effect: effect.identifier)), ridden)
         return prediction(values)[:, used]
 
     @cached_property
@@ -189,7 +227,7 @@ class StandingKind(BicycleKind, kind="standing"):
         """Numbers of a front frame that does not give way."""
         numbers = [0.0] * len(self.readings.deflections)
         for tap in self.readings.taps:
-            numbers += [RIGID_HZ, 0.0, *(0.0 for _ in tap.ratios)]
+            numbers += [RIGID_HZ, 0.0, *(0.0 for _ in tap.ratios for _ in ("real", "imaginary"))]
         return np.array(numbers)
 
 

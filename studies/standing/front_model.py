@@ -5,20 +5,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from bicycle.effects.effect import DAMPING_RATIO
 from bicycle.effects.effect_registry import effect_class
 from bicycle.files.bicycle_numbers import covariance_table, model_table
 from bicycle.model.model import DEFAULT_CONTACT, Model
 from bicycle.model.model_file import build_model
+from bicycle.parameters.bicycle import LIGHTEST_RIDDEN
 from bicycle.parameters.parameter_covariance import MODEL_FILE, ParameterCovariance
-from bicycle.standing import FORK, FRONT, FrontResult
+from bicycle.standing import FORK, FRONT, SADDLE, SEATED, FrontResult
 from tyre.measured.plausible import WAY_OUT
 
 ASSUMED_FRONT: Any = effect_class(FRONT)
 """Declaration of the front frame whose damping is assumed for frame and rider together."""
-RIDDEN = 30.0  # kg of a rear frame that holds a rider
-RIDER_ON_SADDLE = "rider_saddle"
-"""Effect of a rider who yaws on the saddle: with it the damping of an empty frame is right as measured."""
-RIDER_SEATED = "rider seated"
+
+
+BARE_RATIO = 0.03
+"""Assumed damping ratio of a front frame alone, under a rider who yaws: bare structures have 0.01 to 0.10."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +35,14 @@ def damping_use(result: FrontResult, model: Model, held: str) -> DampingUse:
     """Say whether the measured damping is that of the front under way.
 
     A rider who is fixed to the frame takes no energy, so the damping of an empty frame would let a ridden model wobble
-    as no rider reports; there the assumed damping of frame and rider together stays.
+    as no rider reports; there the assumed damping of frame and rider together stays. With a rider who yaws on the
+    saddle the damping of an empty frame is right as measured.
     """
     measured = result.readings.damped and result.fit is not None
-    ridden = model.bicycle["mB"] >= RIDDEN
-    seated = held == RIDER_SEATED or any(effect.identifier == RIDER_ON_SADDLE for effect in model.effects)
-    return DampingUse(measured, measured and (seated or not ridden))
+    ridden = model.bicycle["mB"] >= LIGHTEST_RIDDEN
+    seated = held == SEATED or any(effect.identifier == SADDLE for effect in model.effects)
+    separate = not result.damping_not_separate
+    return DampingUse(measured, measured and separate and (seated or not ridden))
 
 
 def front_effects(result: FrontResult, use: DampingUse) -> dict[str, dict[str, float]]:
@@ -50,8 +54,10 @@ def front_effects(result: FrontResult, use: DampingUse) -> dict[str, dict[str, f
     tables: dict[str, dict[str, float]] = {}
     for key, value in result.fit.values.items():
         effect, _, name = key.partition(".")
-        if effect in (FRONT, FORK) and (name != "damping" or use.used):
+        if effect == SADDLE or (effect in (FRONT, FORK) and (name != "damping" or use.used)):
             tables.setdefault(effect, {})[name] = value
+    if SADDLE in tables and not use.used:
+        tables[FRONT][DAMPING_RATIO] = BARE_RATIO
     if FORK in tables and not use.used:
         time = ASSUMED_FRONT.damping.default / ASSUMED_FRONT.stiffness.default
         for table in tables.values():
@@ -89,7 +95,7 @@ def model_file_text(result: FrontResult, model: Model, use: DampingUse, descript
         "description": description,
         WAY_OUT: False,
         "bicycle": model_table(model.bicycle),
-        "effects": tables | front_effects(result, use),
+        "effects": tables | _with_rider(tables, front_effects(result, use)),
         **covariance_table(front_covariance(result, use)),
     }
     if _is_unusual(content):
@@ -99,7 +105,15 @@ def model_file_text(result: FrontResult, model: Model, use: DampingUse, descript
     return text
 
 
+def _with_rider(tables: Mapping[str, Any], measured: dict[str, dict[str, float]]) -> dict[str, Any]:
+    """The ``measured`` tables; a seated rider of the model keeps what was not measured."""
+    if SADDLE not in measured:
+        return dict(measured)
+    kept = {key: value for key, value in tables.get(SADDLE, {}).items() if key != DAMPING_RATIO}
+    return measured | {SADDLE: {**kept, **measured[SADDLE]}}
+
+
 def _is_unusual(content: Mapping[str, Any]) -> bool:
     """True if a number of the front is far outside its usual range."""
     tables = content["effects"]
-    return any(effect_class(name)(**table).doubts() for name, table in tables.items() if name in (FRONT, FORK))
+    return any(effect_class(name)(**table).doubts() for name, table in tables.items() if name in (FRONT, FORK, SADDLE))

@@ -9,7 +9,17 @@ from typing import Any
 import numpy as np
 
 from bicycle.model.model import Model
-from bicycle.standing import ASSUMED_HEIGHT, CERTAIN_MOTION, FORK, FRONT, ONE_HINGE, TWO_JOINTS, FrontFit, FrontResult
+from bicycle.standing import (
+    ASSUMED_HEIGHT,
+    CERTAIN_MOTION,
+    FORK,
+    FRONT,
+    ONE_HINGE,
+    SADDLE,
+    TWO_JOINTS,
+    FrontFit,
+    FrontResult,
+)
 from studies.reporting.markdown_text import one_line, render_file
 from studies.standing.front_model import DampingUse, damping_use, front_covariance, front_effects
 
@@ -38,6 +48,19 @@ class ShownJoint:
     def per_degree(self) -> float:
         """Stiffness in N m/deg, as magazines print it."""
         return math.radians(self.stiffness.value)
+
+
+@dataclass(frozen=True)
+class ShownRider:
+    """The hinge of a rider on the saddle."""
+
+    stiffness: Number  # N m/rad
+    low: float  # N m/rad, ends of the 95 % interval of the stiffness
+    high: float
+    damping: Number  # N m s/rad
+
+
+RIDER_KEYS = (f"{SADDLE}.stiffness", f"{SADDLE}.damping")
 
 
 @dataclass(frozen=True)
@@ -82,6 +105,35 @@ class Report:
         return [_shown_joint(fit, name) for name in (FRONT, FORK) if f"{name}.stiffness" in fit.values]
 
     @property
+    def rider(self) -> "ShownRider | None":
+        """Hinge of a seated rider; None if none was measured."""
+        fit = self.fit
+        if fit is None or f"{SADDLE}.stiffness" not in fit.values:
+            return None
+        stiffness, damping = (Number(fit.values[key], fit.sd(key)) for key in RIDER_KEYS)
+        low, high = fit.value_interval(RIDER_KEYS[0])
+        return ShownRider(stiffness, low, high, damping)
+
+    @property
+    def saddle_open(self) -> str:
+        """Words for what the readings leave of the saddle as it was assumed; empty if nothing."""
+        return " and ".join(self.result.saddle_open)
+
+    @property
+    def not_separate(self) -> bool:
+        return self.result.damping_not_separate
+
+    @property
+    def seated(self) -> bool:
+        """True if only a rider holds the frame in the taps."""
+        return self.result.readings.seated and bool(self.result.readings.taps)
+
+    @property
+    def vibrations(self) -> int:
+        """Number of vibrations that a tap leaves."""
+        return len({tap.vibration for tap in self.result.readings.taps})
+
+    @property
     def height_assumed(self) -> bool:
         return self.fit is not None and self.fit.height_assumed
 
@@ -124,12 +176,12 @@ class Report:
 
     @property
     def odd_height(self) -> Number:
-        return Number(*self.result.fits[ONE_HINGE.name].height)
+        return Number(*next(iter(self.result.fits.values())).height)
 
     @property
     def answers(self) -> list[ShownJoint]:
         """Hinges that explain the readings alike."""
-        best = self.result.fits[ONE_HINGE.name]
+        best = next(iter(self.result.fits.values()))
         return [_shown_joint(fit, FRONT) for fit in (best, *best.others)]
 
     @property
@@ -185,7 +237,9 @@ def _labels(result: FrontResult) -> tuple[list[str], list[bool]]:
     ]
     for tap in readings.taps:
         labels += [f"frequency of {tap.name}", f"damping ratio of {tap.name}"]
-        labels += [f"ratio of {r.read.above_hub:g} m to {r.over.above_hub:g} m in {tap.name}" for r in tap.ratios]
+        for r in tap.ratios:
+            ratio = f"ratio of {r.read.above_hub:g} m to {r.over.above_hub:g} m in {tap.name}"
+            labels += [ratio, f"{ratio}, imaginary part"]
     return labels, [bool(x) for x in np.isfinite(readings.numbers()[0])]
 
 

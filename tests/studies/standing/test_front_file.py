@@ -59,10 +59,6 @@ def test_the_damping_of_an_empty_frame_does_not_go_under_a_rider_who_is_fixed(fo
     content = read_toml(target, "model file")
     assert "damping" not in content["effects"]["front_compliance"]
     assert "front_compliance.damping" not in content["covariance"]["parameters"]
-    text = (folder / "MEASUREMENT.toml").read_text().replace("saddle and bottom bracket", "rider seated")
-    (folder / "seated.toml").write_text(text)
-    run(capsys, folder / "seated.toml", "--bicycle", "pista_charlie_drops", "--out", target, "--force")
-    assert read_toml(target, "model file")["effects"]["front_compliance"]["damping"] == pytest.approx(7.0, rel=0.03)
 
 
 def test_one_sensor_says_that_the_height_is_assumed(folder, capsys):
