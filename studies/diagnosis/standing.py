@@ -149,7 +149,8 @@ class StandingKind(BicycleKind, kind="standing"):
     @cached_property
     def _standing(self) -> tuple[Model, tuple[tuple[str, float], ...]]:
         """The base model with what acts here alone, and the parameters that have no part."""
-        acting = tuple(effect for effect in self.model.effects if not self._unseen(type(effect)))
+        # contact laws have no part, but rim and spokes are in series with one
+        acting = tuple(e for e in self.model.effects if e.slot is not None or not self._unseen(type(e)))
         model = Model(self.model.bicycle, acting)
         return model, tuple((k, value) for k, value in self.model.parameters.items() if k not in model.parameters)
 
