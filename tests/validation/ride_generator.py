@@ -38,7 +38,17 @@ NOISE = {  # standard deviation of a sample
 GYROS = ("roll_rate", "yaw_rate", "steer_rate")
 SLOWEST_DECAY = 0.15  # 1/s: a ride whose slowest motion decays more slowly is not drawn
 TRIES = 60
-STRAIGHT = 0.06  # rad/s, rms yaw rate of which a ride still goes straight ahead
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a rider rides: rms yaw rate (rad/s) of the bends that are followed, and that of the largest lean."""
+
+    bends: tuple[float, float]  # drawn between
+    largest: float  # all inputs are made smaller together where the bicycle would lean more than it needs
+
+
+STYLES = {"straight": Style((0.02, 0.06), 0.06), "slalom": Style((0.2, 0.35), 0.35)}
 
 
 @dataclass(frozen=True)
@@ -212,11 +222,11 @@ class Leg:
 
 
 def make_leg(
-    bicycle: RiddenBicycle, speed: float, rng: Random, *, hands_off: bool = False, pedalling: bool = False
-) -> Leg:
-    """Draw rider and inputs for a bicycle at a speed (m/s); gentle bends have a yaw rate of 0.02 to 0.06 rad/s rms.
+    bicycle: RiddenBicycle, speed: float, rng: Random, *, hands_off: bool = False, pedalling: bool = False,
+    style: str = "straight",
+) -> Leg:  # fmt: skip
+    """Draw rider and inputs for a bicycle at a speed (m/s), in one of ``STYLES``.
 
-    All inputs are made smaller together where the bicycle would lean more than a yaw rate of ``STRAIGHT`` needs.
 
     InputError where no rider holds the bicycle, or hands off its slowest motion decays too slowly.
     """
@@ -224,8 +234,9 @@ def make_leg(
     if hands_off and motion.growth > -SLOWEST_DECAY:
         raise InputError(f"hands off the bicycle is not stable enough at {speed:g} m/s")
     rider = None if hands_off else tune_rider(motion, rng)
-    colours = add_wander(motion, draw_colours(rng, pedalling=pedalling), rider, float(rng.uniform(0.02, 0.06)), rng)
-    upright = STRAIGHT * speed / bicycle.values["g"] / close_loop(motion, colours, rider).sd("lean")
+    yaw_rate = float(rng.uniform(*STYLES[style].bends))
+    colours = add_wander(motion, draw_colours(rng, pedalling=pedalling), rider, yaw_rate, rng)
+    upright = STYLES[style].largest * speed / bicycle.values["g"] / close_loop(motion, colours, rider).sd("lean")
     return Leg(bicycle, speed, rider, scale_colours(colours, min(1.0, upright)))
 
 
@@ -240,8 +251,9 @@ def self_stable_speed(bicycle: RiddenBicycle, speeds: tuple[float, float] = (3.0
 
 
 def draw_legs(
-    rng: Random, speeds: Sequence[float], *, self_stable: bool = False, pedalling: bool = False, **of_bicycle: Any
-) -> list[Leg]:
+    rng: Random, speeds: Sequence[float], *, self_stable: bool = False, pedalling: bool = False,
+    style: str = "straight", **of_bicycle: Any,
+) -> list[Leg]:  # fmt: skip
     """Draw a bicycle (by the arguments of :func:`draw_bicycle`) that can be ridden at all ``speeds`` (m/s).
 
     With ``self_stable`` a leg comes first at the speed where the bicycle is most stable without hands.
@@ -250,8 +262,8 @@ def draw_legs(
         bicycle = draw_bicycle(rng, **of_bicycle)
         try:
             first = [self_stable_speed(bicycle)] if self_stable else []
-            off = [make_leg(bicycle, v, rng, hands_off=True, pedalling=pedalling) for v in first]
-            return off + [make_leg(bicycle, v, rng, pedalling=pedalling) for v in speeds]
+            off = [make_leg(bicycle, v, rng, hands_off=True, pedalling=pedalling, style=style) for v in first]
+            return off + [make_leg(bicycle, v, rng, pedalling=pedalling, style=style) for v in speeds]
         except InputError:
             continue
     raise InputError(f"no such bicycle can be ridden at {', '.join(f'{v:g}' for v in speeds)} m/s")

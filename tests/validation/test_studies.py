@@ -26,11 +26,12 @@ TINY = {
     "repeats": "--seed 5 --campaigns 20",
     "standing": "--seed 3 --fronts 1 --holds 0 --sways 1 --workers 1",
     "rig-coverage": "--seed 99 --campaigns 1 --jobs 1",
+    "ride-forces": "--seed 3 --rides 1 --duration 90",
     "seated-rider": "--seed 2 --tables 1 --rides 0 --none 0 --workers 1",
 }
 SLOW = {"benchmark", "credit", "damaged-inputs", "every-bicycle", "field-cases", "foreign-rig", "free-decays"}
 SLOW |= {"joint-diagnosis", "readings", "unmodelled-torque", "search-optimum", "sensitivity-mpmath", "sensor-faults"}
-SLOW |= {"hostile-values", "independent-derivation", "ridden", "sweep-scale", "under-a-rider"}
+SLOW |= {"hostile-values", "independent-derivation", "ridden", "ride-spectra", "sweep-scale", "under-a-rider"}
 SLOW |= {"what-riders-report"}  # its own test is test_what_riders_report
 
 

@@ -1,0 +1,54 @@
+"""The judges of forces and of spectra count what they should."""
+
+import numpy as np
+import pytest
+
+from tests.validation import ride_forces, ride_spectra
+from tests.validation.ride_generator import draw_legs, ride
+
+
+def test_the_judge_of_forces_knows_truth_and_error():
+    rng = np.random.default_rng(1)
+    taken = ride(draw_legs(rng, (9.0,))[0], rng, duration=20)
+    sd = {name: np.full(len(taken.time), np.std(taken.truth[name])) for name in ride_forces.JUDGED}
+    right = ride_forces.judge(taken, ride_forces.Estimate(dict(taken.truth), sd))
+    assert all(right[f"held.{name}"] == 1 for name in ride_forces.JUDGED)
+    assert right["sum_error_share"] < 1e-9
+    assert right["whole_error_share"] < 1e-9
+    noisy = {name: taken.truth[name] + sd[name] * rng.standard_normal(len(taken.time)) for name in sd}
+    wrong = ride_forces.judge(taken, ride_forces.Estimate(noisy, sd))
+    assert all(0.93 < wrong[f"held.{name}"] < 0.97 for name in ride_forces.JUDGED)
+    assert wrong["sum_error_share"] > 0.5
+    assert "whole_error_share" not in wrong
+
+
+def test_the_ideal_smoother_holds_what_it_promises():
+    """Errors of a ride are as large as its covariance says; low frequencies leave few independent samples."""
+    taken = ride_forces.draw_ride("known", "straight", 2, 0, 200.0)
+    row = ride_forces.judge(taken, ride_forces.ideal(taken))
+    for name in ride_forces.JUDGED:
+        assert row[f"error.{name}"] == pytest.approx(row[f"sd.{name}"], rel=0.2)
+        assert row[f"error.{name}"] < 0.5 * row[f"size.{name}"]
+
+
+def test_the_judge_of_spectra_counts_errors_over_bounds():
+    rng = np.random.default_rng(3)
+    truth, least = {"C": 5000.0, "length": 0.1}, {"C": 0.01, "length": 0.05}
+    sd = {key: least[key] * truth[key] for key in truth}
+    rows = []
+    for _ in range(2000):
+        values = {key: truth[key] + 1.2 * sd[key] * rng.standard_normal() for key in truth}
+        rows.append(ride_spectra.judge(truth, least, values, {key: 1.2 * size for key, size in sd.items()}))
+    for counted in ride_spectra.summary(rows).values():
+        assert counted["error_over_bound"] == pytest.approx(1.2, rel=0.06)
+        assert counted["held"] == pytest.approx(0.95, abs=0.02)
+
+
+@pytest.mark.parametrize("cell", ride_spectra.CELLS)
+def test_a_case_of_spectra_hides_what_its_cell_says(cell):
+    case = ride_spectra.draw_case(cell, 4, 0, duration=1.0)
+    bicycle = case.legs[0].bicycle
+    assert [leg.speed for leg in case.legs] == list(ride_spectra.SPEEDS)
+    assert bicycle.hidden == {"damper": ("steer_damper",), "compliance": ("front_compliance",)}.get(cell, ())
+    assert bool(bicycle.outside) == (cell == "outside")
+    assert set(case.truth) == set(ride_spectra.ASKED)
