@@ -8,6 +8,9 @@ import numpy as np
 
 from tyre.ground.arrays import Array
 
+CERTAIN = 3.4  # sd of a difference beyond which it is no chance
+LEAST_CHANGE = 1.2  # damping ratio of the rest over that of the beginning
+
 
 @dataclass(frozen=True)
 class Place:
@@ -45,6 +48,20 @@ class Ratio:
 
 
 @dataclass(frozen=True)
+class DampingChange:
+    """Damping ratio of the beginning of a vibration and of its rest: alike if it decays exponentially."""
+
+    early: float
+    late: float
+    sd: float  # of the difference
+
+    @property
+    def certain(self) -> bool:
+        """True if the rest is damped more, beyond chance: dry friction, or a joint that rubs."""
+        return self.late > LEAST_CHANGE * self.early and self.late - self.early > CERTAIN * self.sd
+
+
+@dataclass(frozen=True)
 class Tap:
     """A vibration after a tap, with the mass that was added for it."""
 
@@ -57,6 +74,7 @@ class Tap:
     added_mass: float = 0.0  # kg
     added: Place = field(default_factory=lambda: Place(0.0))  # of the added mass
     vibration: int = 1  # number of the vibration where one tap leaves two, the slower first
+    change: DampingChange | None = None  # None: not a recording, or too short
 
     @property
     def arrangement(self) -> tuple[object, ...]:
@@ -122,6 +140,13 @@ class Readings:
             ratio.read.on == "frame" for tap in self.taps for ratio in tap.ratios
         )
 
+    @property
+    def change(self) -> DampingChange | None:
+        """Mean change of damping over the taps, if it is certain."""
+        changes = [tap.change for tap in self.taps if tap.change is not None]
+        mean = mean_change(changes)
+        return mean if mean is not None and mean.certain else None
+
     def numbers(self) -> tuple[Array, Array]:
         """Measured numbers (n,) and their sd: deflections in m; of each tap Hz, damping ratio, parts of ratios."""
         pairs = [(deflection.value, deflection.sd) for deflection in self.deflections]
@@ -148,6 +173,17 @@ class Readings:
                 yield tap.added
             for ratio in tap.ratios:
                 yield from (ratio.read, ratio.over)
+
+
+def mean_change(changes: Sequence[DampingChange]) -> DampingChange | None:
+    """Mean of the changes by the weights 1/sd^2, its sd widened by their scatter; None without any."""
+    if not changes:
+        return None
+    weights = np.array([1 / one.sd**2 for one in changes])
+    early, late = (weights @ [getattr(one, name) for one in changes] / weights.sum() for name in ("early", "late"))
+    scatter = weights @ [(one.late - one.early - late + early) ** 2 for one in changes]
+    widened = max(1.0, scatter / max(len(changes) - 1, 1))
+    return DampingChange(float(early), float(late), float(np.sqrt(widened / weights.sum())))
 
 
 def _mean_tap(taps: Sequence[Tap]) -> Tap:

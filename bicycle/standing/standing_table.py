@@ -282,5 +282,11 @@ def _notes(readings: Readings) -> Iterator[str]:
         yield f"weights are taken as right within {100 * errors.load:.2g} % (load_sd_percent)"
     if readings.places:
         yield f"places are taken as right within {1000 * errors.place:.2g} mm (place_sd_mm), the hub as exact"
+    if (change := readings.change) is not None:
+        yield (
+            f"the vibration does not decay exponentially: damping ratio {change.early:.2g} until it has halved, "
+            f"{change.late:.2g} after; dry friction does so, or a joint that rubs"
+        )
+        yield "the standard uncertainty of the damping spans both damping ratios"
     if readings.pairs:
         yield f"two sensors are taken to agree within {100 * errors.gain:.2g} % (gain_sd_percent)"

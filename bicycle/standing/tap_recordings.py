@@ -15,7 +15,7 @@ import numpy as np
 from bicycle.identification.free_decay import Decay, identify, identify_modes
 from bicycle.identification.recording import Run
 from bicycle.identification.scatter import repeats
-from bicycle.standing.readings import Place, Ratio, Tap
+from bicycle.standing.readings import DampingChange, Place, Ratio, Tap, mean_change
 from tyre.ground.arrays import Array, Complex
 from tyre.ground.errors import InputError
 from tyre.ground.text_table import read_cells, read_columns
@@ -24,6 +24,7 @@ STRETCH = 10.0
 SENSOR = re.compile(r"(?P<place>hub|rim|stem|frame)\w*_lateral_m_s2")
 """Column of a sensor: its place, perhaps further words, and the unit."""
 LEAST = 20  # samples after a tap
+EARLY_CYCLES = 2.0  # shortest beginning of a vibration whose damping is compared with that of the rest
 TRIES = 4  # starts of the window, each later than the one before
 
 
@@ -118,8 +119,14 @@ def identify_tap(recording: TapRecording) -> Decay:
 def _run_after_peak(recording: TapRecording) -> tuple[Run, float]:
     """The recording on its stretched clock, and the time (s) from which on it decays."""
     peak = max(int(np.abs(x - np.median(x)).argmax()) for x in recording.channels.values())
+    run = _stretched(recording)
+    return run, float(run.time[min(peak + 2, len(run.time) - 1)])
+
+
+def _stretched(recording: TapRecording) -> Run:
+    """The recording with its clock stretched by :data:`STRETCH`, from zero on."""
     time = STRETCH * (recording.time - recording.time[0])
-    return Run(recording.name, 0.0, time, recording.channels, {}), float(time[min(peak + 2, len(time) - 1)])
+    return Run(recording.name, 0.0, time, recording.channels, {})
 
 
 def _taps_under_rider(recordings: Sequence[TapRecording], places: Mapping[str, Place]) -> list[Tap]:
@@ -149,12 +156,7 @@ def _tap(
     recording: TapRecording, decay: Decay, places: Mapping[str, Place], vibration: int = 1, *, phased: bool = False
 ) -> Tap:
     """Turn a decay of the stretched clock into frequency (Hz), damping ratio and ratios."""
-    root: Complex = np.asarray(decay.eigenvalue * STRETCH)
-    real_sd, imaginary_sd = (STRETCH * sd for sd in decay.sd)
-    size = abs(complex(root))
-    cosine, sine = float(root.real) / size, float(root.imag) / size
-    size_sd = math.hypot(cosine * real_sd, sine * imaginary_sd)
-    damping_sd = abs(sine) * math.hypot(sine * real_sd, cosine * imaginary_sd) / size
+    frequency, damping = _numbers(decay)
     first = next(iter(recording.channels))
     ratios = []
     for name in list(recording.channels)[1:]:
@@ -162,25 +164,56 @@ def _tap(
         ratios.append(Ratio(places[name], places[first], ratio.real, sd, ratio.imag if phased else math.nan))
     return Tap(
         recording.name,
-        size / (2 * math.pi),
-        size_sd / (2 * math.pi),
-        -cosine,
-        damping_sd,
+        *frequency,
+        *damping,
         tuple(ratios),
         recording.added_mass,
         recording.added,
         vibration,
+        None if phased else _damping_change(recording, decay),  # two vibrations together never decay exponentially
     )
 
 
+def _numbers(decay: Decay) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Frequency (Hz) and damping ratio of a decay of the stretched clock, each with its sd."""
+    root: Complex = np.asarray(decay.eigenvalue * STRETCH)
+    real_sd, imaginary_sd = (STRETCH * sd for sd in decay.sd)
+    size = abs(complex(root))
+    cosine, sine = float(root.real) / size, float(root.imag) / size
+    size_sd = math.hypot(cosine * real_sd, sine * imaginary_sd)
+    damping_sd = abs(sine) * math.hypot(sine * real_sd, cosine * imaginary_sd) / size
+    return (size / (2 * math.pi), size_sd / (2 * math.pi)), (-cosine, damping_sd)
+
+
+def _damping_change(recording: TapRecording, decay: Decay) -> DampingChange | None:
+    """Damping ratios before and after the vibration has halved; None where one of them cannot be read."""
+    if decay.estimate is None or decay.eigenvalue.real >= 0:
+        return None
+    run, begin = _stretched(recording), float(decay.estimate.window.start)
+    halved = math.log(2) / abs(decay.eigenvalue.real)
+    middle = begin + max(halved, EARLY_CYCLES * 2 * math.pi / abs(decay.eigenvalue))
+    early, late = identify(run, first_s=begin, last_s=middle), identify(run, first_s=middle)
+    if early.rejected or late.rejected:
+        return None
+    (_, (early_ratio, early_sd)), (_, (late_ratio, late_sd)) = _numbers(early), _numbers(late)
+    return DampingChange(early_ratio, late_ratio, math.hypot(early_sd, late_sd))
+
+
 def _widen(taps: Sequence[Tap]) -> list[Tap]:
-    """Widen the sd of taps that are alike where they scatter more than their fits say."""
+    """Widen the sd of taps that are alike where they scatter more than their fits say.
+
+    A decay that is not exponential has no single damping ratio: its sd spans that of the beginning and of the rest.
+    """
 
     def widened(values: list[float], sds: list[float]) -> list[float]:
         return [float(sd) for sd in repeats([1.0] * len(values), values, sds).sd]
 
     frequency = widened([tap.frequency_hz for tap in taps], [tap.frequency_sd_hz for tap in taps])
     damping = widened([tap.damping_ratio for tap in taps], [tap.damping_ratio_sd for tap in taps])
+    change = mean_change([tap.change for tap in taps if tap.change is not None])
+    if change is not None and change.certain:  # alike in all taps, so it does not average out
+        span = (change.late - change.early) / 2
+        damping = [math.hypot(sd, span * math.sqrt(len(taps))) for sd in damping]
     ratios = [
         widened([tap.ratios[k].value for tap in taps], [tap.ratios[k].sd for tap in taps])
         for k in range(len(taps[0].ratios))
