@@ -15,7 +15,7 @@ HOME = {  # module -> the names that it gives to other rooms
         "DRY", "HANDS", "HANDS_TABLE", "SPRING_SD", "Hands", "RingDown", "measure_hands", "predict_ring_downs",
         "read_ring_downs", "select_grip", "spring_error",
     ),
-    "prediction": ("SERIES", "SUPPORT", "Prediction", "at_rim"),
+    "prediction": ("SERIES", "SUPPORT", "TYRE", "TYRE_DAMPING", "Prediction", "at_rim"),
     "readings": ("Deflection", "Errors", "Place", "Ratio", "Readings", "Tap"),
     "standing_table": ("HOLDS", "SEATED", "TABLE", "Standing", "read_standing"),
     "tap_recordings": ("TapRecording", "identify_taps", "read_tap"),

@@ -20,7 +20,16 @@ from bicycle.effects.effect_registry import effect_class
 from bicycle.model.default_sd import standard_deviations
 from bicycle.model.model import Model
 from bicycle.parameters.bicycle import LIGHTEST_RIDDEN
-from bicycle.standing.prediction import SUPPORT, Prediction, gain_error, load_error, place_error, point_of
+from bicycle.standing.prediction import (
+    SUPPORT,
+    TYRE,
+    TYRE_DAMPING,
+    Prediction,
+    gain_error,
+    load_error,
+    place_error,
+    point_of,
+)
 from bicycle.standing.readings import Readings
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
@@ -71,8 +80,11 @@ HOLD_HEIGHT = Unknown("hold_height", 0.0, 1.5, 1e-4, (0.5, 0.25))  # m above the
 TYPICAL_SADDLE = (math.log(9e3), 0.75)  # N m/rad; 2e3 to 4e4 in 95 %, the typical range of the effect
 SADDLE_STIFFNESS = Unknown("log_saddle_stiffness", math.log(50.0), math.log(1e7), 1e-4, TYPICAL_SADDLE)
 SADDLE_RATIO = Unknown("log_saddle_ratio", math.log(1e-3), math.log(2.0), 1e-4, (math.log(0.22), 0.5))
+# N/m; of a bicycle tyre under all the weight, 45e3 to 320e3 in 95 %
+REAR_TYRE = Unknown("log_tyre", math.log(1e4), math.log(1e7), 1e-4, (math.log(1.2e5), 0.5))
+TYRE_TIME = Unknown("log_tyre_time", math.log(1e-6), math.log(1.0), 1e-4, (math.log(3e-4), 1.0))  # s
 SEATED_TIME = replace(TIME, prior=(math.log(1e-3), 1.5))  # of a front with a damping ratio of 0.003 to 0.8 at 16 Hz
-RIDER_SHARES = {"mass_share": 0.03, "inertia_share": 0.1, "joint_x": 0.02}
+RIDER_SHARES = {"mass_share": 0.05, "inertia_share": 0.15, "joint_x": 0.02}
 """Standard uncertainty of what a model that does not state its seated rider assumes of this body (1, 1, m)."""
 
 
@@ -119,10 +131,10 @@ TWO_JOINTS = Hypothesis(
 )
 RIDER_YAWS = Hypothesis(
     "one hinge and a rider who yaws on the saddle",
-    (STIFFNESS, HEIGHT, SADDLE_STIFFNESS, SADDLE_RATIO),
+    (STIFFNESS, HEIGHT, SADDLE_STIFFNESS, SADDLE_RATIO, REAR_TYRE, TYRE_TIME),
     _starts(
-        [(front, 0.3, saddle, 0.22) for front in (2500.0, 7000.0) for saddle in (3000.0, 9000.0, 27000.0)],
-        ("log_stiffness", "height", "log_saddle_stiffness", "log_saddle_ratio"),
+        [(front, 0.3, saddle, 0.22, 1.2e5, 3e-4) for front in (2500.0, 7000.0) for saddle in (3000.0, 9000.0, 27000.0)],
+        ("log_stiffness", "height", "log_saddle_stiffness", "log_saddle_ratio", "log_tyre", "log_tyre_time"),
     ),
 )
 NOT_HELD = Hypothesis(
@@ -309,6 +321,9 @@ def front_values(x: Mapping[str, Array], values: Mapping[str, Array]) -> dict[st
         front[f"{FORK}.length"] = x["fork_length"]
     if "log_saddle_stiffness" in x:
         front |= _saddle_values(np.exp(x["log_saddle_stiffness"]), np.exp(x["log_saddle_ratio"]), values)
+    if "log_tyre" in x:
+        front[TYRE] = np.exp(x["log_tyre"])
+        front[TYRE_DAMPING] = np.exp(x["log_tyre_time"]) * front[TYRE]
     if "log_rotation" in x:
         hold = np.exp(x["log_rotation"]), np.exp(x["log_lateral"]), x["hold_share"] * values["w"], -x["hold_height"]
         front |= dict(zip(SUPPORT, hold, strict=True))

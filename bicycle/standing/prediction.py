@@ -4,7 +4,8 @@ A load F at a place deflects the bicycle by q = (K + W)^-1 b F, and a gauge read
 After a tap it moves by the eigenvectors of M q'' + C q' + (K + W) q = 0. What is held are places and bodies whose
 displacement is a row r with r q = 0: those coordinates of the frame follow the others, q = N z, and N' M N is the mass
 of what is free. Held is the rear frame, or the rear wheel where the axle is held, or under a seated rider the point at
-which the rear tyre stands. A frame that is not held stands on springs at the point of the hold.
+which the rear tyre stands, which may also stand on a spring. A frame that is not held stands on springs at the point of
+the hold.
 """
 
 import math
@@ -22,6 +23,8 @@ from tyre.ground.arrays import Array, Complex
 SUPPORT = ("support.rotation", "support.lateral", "support.x", "support.z")
 """Keys of a hold: stiffness in roll and yaw (N m/rad), to the side (N/m), its place (m) in the axes of the bicycle."""
 STEER = "steer"
+TYRE, TYRE_DAMPING = "rear_tyre.stiffness", "rear_tyre.damping"
+"""Keys of stiffness (N/m) and damping (N s/m) to the side of the rear tyre on which a frame stands under a rider."""
 SERIES = "wheel_compliance.stiffness.front"
 """Key of the lateral stiffness (N/m) of rim and spokes of the front wheel, in series with what is read at the rim."""
 RIM_SHARE = 0.8  # of the wheel's radius below the hub, from where on a place is at the rim
@@ -84,7 +87,7 @@ class Prediction:
     def _motions(self, matrices: HeldMatrices, *, supported: bool, bar_free: bool, seated: bool = False) -> Array:
         """Columns N (k, n, m): the coordinates per coordinate that is free."""
         names = self.frame.coordinates
-        held = np.array([], int) if supported else np.array([0]) if seated else np.arange(len(FRAME))
+        held = np.arange(0 if supported else 1 if seated else len(FRAME))
         free = [k for k, name in enumerate(names) if k not in held and (bar_free or name != STEER)]
         count = len(matrices.mass)
         motions = np.zeros((count, len(names), len(free)))
@@ -127,17 +130,23 @@ class Prediction:
     ) -> Array:
         """Frequency (Hz), damping ratio, parts of ratios of one tap, (k, 2 + 2 ratios), of the mode nearest to it."""
         tap = self.readings.taps[number]
-        motions = self._motions(matrices, supported=supported, bar_free=self.readings.bar_free, seated=self.frame_free)
-        mass = matrices.mass
+        mass, damping = matrices.mass, matrices.damping
+        on_tyre = self.frame_free and TYRE in values
+        if on_tyre:
+            row = matrices.rows["rear wheel"][:, 0]
+            below = row[:, :, None] * row[:, None, :]
+            stiffness = stiffness + values[TYRE][:, None, None] * below
+            damping = damping + values[TYRE_DAMPING][:, None, None] * below
+        motions = self._motions(
+            matrices, supported=supported or on_tyre, bar_free=self.readings.bar_free, seated=self.frame_free
+        )
         if tap.added_mass:
             row = self._row(matrices, values, tap.added)
             mass = mass + tap.added_mass * row[:, :, None] * row[:, None, :]
             if not self.readings.on_side:
                 lift = _lift(matrices.rows[tap.added.on], row)
                 stiffness = stiffness - values["g"][:, None, None] * tap.added_mass * lift
-        free_mass, free_damping, free_stiffness = (
-            _reduced(matrix, motions) for matrix in (mass, matrices.damping, stiffness)
-        )
+        free_mass, free_damping, free_stiffness = (_reduced(matrix, motions) for matrix in (mass, damping, stiffness))
         # of two vibrations near each other the damping decides; of a frame that is held there is one
         angle = tap.angle if self.frame_free else math.nan
         root, shape = nearest_mode(free_mass, free_damping, free_stiffness, 2 * np.pi * tap.frequency_hz, angle)

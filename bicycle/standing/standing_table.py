@@ -186,7 +186,7 @@ VIBRATIONS: dict[str, Check] = {
     "damping_ratio": number(least=0, most=1, says="must be a damping ratio from 0 to 1"),
     "damping_ratio_sd": POSITIVE,
     "added_kg": number(least=0, most=20, says="must be a mass in kg, up to 20"),
-    "vibration": number(least=1, most=2, says="must be 1 for the slower vibration, 2 for the faster one"),
+    "vibration": number(least=1, most=3, says="must be 1 for the slowest vibration, 2 and 3 for faster ones"),
     **{name: number(least=-50, most=50) for name in RATIOS},
     **{f"{name}_imaginary": number(least=-50, most=50) for name in RATIOS},
     **{f"{name}_sd": POSITIVE for name in RATIOS},

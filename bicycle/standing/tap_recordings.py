@@ -23,6 +23,7 @@ from tyre.ground.text_table import read_cells, read_columns
 STRETCH = 10.0
 SENSOR = re.compile(r"(?P<place>hub|rim|stem|frame)\w*_lateral_m_s2")
 """Column of a sensor: its place, perhaps further words, and the unit."""
+NOISE = 0.01  # probability of what two vibrations leave, below which a third is tried
 LEAST = 20  # samples after a tap
 EARLY_CYCLES = 2.0  # shortest beginning of a vibration whose damping is compared with that of the rest
 TRIES = 4  # starts of the window, each later than the one before
@@ -69,8 +70,8 @@ def identify_taps(
 ) -> tuple[Tap, ...]:
     """Find the slowest vibration of each recording; taps alike widen their sd by their scatter.
 
-    Under a seated rider the frame vibrates as well: two vibrations are read where the recording shows both, and the
-    ratios keep their imaginary parts, in which the damping of the rider shows.
+    Under a seated rider the frame and the rear tyre vibrate as well: two or three vibrations are read where the
+    recording shows them, and the ratios keep their imaginary parts, in which the damping of the rider shows.
 
     Parameters
     ----------
@@ -130,21 +131,31 @@ def _stretched(recording: TapRecording) -> Run:
 
 
 def _taps_under_rider(recordings: Sequence[TapRecording], places: Mapping[str, Place]) -> list[Tap]:
-    """Both vibrations of each recording; of one that shows the larger alone it has the number of the nearest."""
+    """All vibrations of each recording, numbered as in the one that shows most."""
+    found = [
+        [_tap(recording, decay, places, number, phased=True) for number, decay in enumerate(decays, 1)]
+        for recording, decays in zip(recordings, map(_identify_several, recordings), strict=True)
+    ]
+    most = max(found, key=len)
     taps: list[Tap] = []
-    alone: list[Tap] = []
-    for recording in recordings:
-        run, first = _run_after_peak(recording)
-        both = identify_modes(run, 2, first_s=first)
-        if any(decay.rejected for decay in both):
-            alone.append(_tap(recording, identify_tap(recording), places, phased=True))
-        else:
-            taps += [_tap(recording, decay, places, number, phased=True) for number, decay in enumerate(both, 1)]
-    pairs = tuple(taps)
-    for tap in alone:
-        nearest = min(pairs, key=lambda other: _distance(other, tap), default=tap)
-        taps.append(replace(tap, vibration=nearest.vibration))
+    for group in found:
+        for tap in group:
+            nearest = min(most, key=lambda other, tap=tap: _distance(other, tap))  # type: ignore[misc]
+            taps.append(replace(tap, vibration=nearest.vibration))
     return taps
+
+
+def _identify_several(recording: TapRecording) -> Sequence[Decay]:
+    """Vibrations of front, frame under the rider and rear tyre: two if they leave noise, else three or one."""
+    run, first = _run_after_peak(recording)
+    two = identify_modes(run, 2, first_s=first)
+    usable = not any(decay.rejected for decay in two)
+    if usable and two[0].noise_p > NOISE:
+        return two
+    three = identify_modes(run, 3, first_s=first)
+    if not any(decay.rejected for decay in three):
+        return three
+    return two if usable else (identify_tap(recording),)
 
 
 def _distance(tap: Tap, other: Tap) -> float:

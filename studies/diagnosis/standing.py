@@ -4,6 +4,7 @@ What it predicts is :class:`bicycle.standing.Prediction`: M, C and K of the mode
 held.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -15,7 +16,7 @@ import numpy as np
 from bicycle.effects.effect import Effect, SprungJoint
 from bicycle.effects.effect_registry import registry
 from bicycle.model.model import Model
-from bicycle.standing import SERIES, SUPPORT, TABLE, Prediction, Readings, at_rim, read_standing
+from bicycle.standing import SERIES, SUPPORT, TABLE, TYRE, TYRE_DAMPING, Prediction, Readings, at_rim, read_standing
 from studies.diagnosis.bicycle_kind import BicycleKind
 from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.family import Family, Settings
@@ -38,6 +39,8 @@ WIDER_DAMPING = (
 )
 HOLD_SOFTEST = 4e3  # N m/rad: half its compliance is one prior sd of a hold
 LATERAL_PER_ROTATION = 16.0  # 1/m^2, stiffness of a hold to the side over that in rotation: two arms of 0.25 m
+TYRE_LOSS = 40.0  # N s/m
+TYRE_SOFTEST = 5e4  # N/m to the side: half its compliance is one prior sd
 HOLD_PLACE = (0.4, 0.5)  # share of the wheelbase, m above the ground
 QUANTITIES = {
     "deflection": ("deflection, mm", 1000.0),
@@ -105,9 +108,9 @@ class StandingKind(BicycleKind, kind="standing"):
         return any(at_rim(d.loaded, radius) and at_rim(d.read, radius) for d in self.readings.deflections)
 
     def mistakes(self) -> tuple[Candidate, ...]:
-        """A hold that gives way: the frame stands on springs; a rider is no such hold."""
+        """A hold that gives way: the frame stands on springs, or under a rider on a rear tyre."""
         if self.readings.seated:
-            return ()
+            return (_rear_tyre(),)
         scale = 0.5 / HOLD_SOFTEST
         stiffness = UncertainParameter(
             "stiffness",
@@ -217,7 +220,7 @@ class StandingKind(BicycleKind, kind="standing"):
         effects: Sequence[type[Effect]] = [effect for effect in present if effect.identifier != WHEEL]  # not a joint
         values = {key: value[:, 0] for key, value in self.family(candidates).values(theta).items()}
         used = self._used[2]
-        if not effects and not {SUPPORT[0], SERIES} & set(values):
+        if not effects and not {SUPPORT[0], SERIES, TYRE} & set(values):
             return np.tile(self._rigid[used], (len(theta), 1))
         ridden = not nobody_rides(self.model)
         prediction = Prediction(self.readings, tuple(sorted(effects, key=lambda effect: effect.identifier)), ridden)
@@ -230,6 +233,20 @@ class StandingKind(BicycleKind, kind="standing"):
         for tap in self.readings.taps:
             numbers += [RIGID_HZ, 0.0, *(0.0 for _ in tap.ratios for _ in ("real", "imaginary"))]
         return np.array(numbers)
+
+
+def _rear_tyre() -> Candidate:
+    """A rear tyre that gives way to the side under a seated rider."""
+    scale = 0.5 / TYRE_SOFTEST
+    stiffness = UncertainParameter("stiffness", "N/m", {TYRE: 1.0}, 0.0, scale, 1e-3 * scale, power=-1, size=True)
+    damping = UncertainParameter("damping", "N s/m", {TYRE_DAMPING: 1.0}, math.log(TYRE_LOSS), 1.0, power=0)
+    return Candidate(
+        "rear_tyre",
+        (stiffness, damping),
+        signature="the frame moves to the side over the rear contact: the saddle looks softer",
+        title="rear tyre that gives way to the side",
+        weight=SENSOR,
+    )
 
 
 def _with_wider_damping(candidate: Candidate) -> Candidate:

@@ -15,8 +15,10 @@ from bicycle.standing import (
     FORK,
     FRONT,
     ONE_HINGE,
+    RIDER_YAWS,
     SADDLE,
     TWO_JOINTS,
+    TYRE,
     FrontFit,
     FrontResult,
 )
@@ -113,6 +115,12 @@ class Report:
         stiffness, damping = (Number(fit.values[key], fit.sd(key)) for key in RIDER_KEYS)
         low, high = fit.value_interval(RIDER_KEYS[0])
         return ShownRider(stiffness, low, high, damping)
+
+    @property
+    def tyre(self) -> Number:
+        """Stiffness (N/mm) of the rear tyre to the side, which is fitted together with a seated rider."""
+        fit = self.result.fits[RIDER_YAWS.name]
+        return Number(fit.values[TYRE] / 1000, fit.sd(TYRE) / 1000)
 
     @property
     def saddle_open(self) -> str:

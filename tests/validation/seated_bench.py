@@ -43,6 +43,7 @@ class Seated:
     damping: float  # N m s/rad
     height: float  # m of the hinge above the hub, along the steer axis
     tyre: float = math.inf  # N/m, of the rear tyre to the side
+    loss: float = 0.0  # s, damping of the tyre over its stiffness
 
     @property
     def free(self) -> list[int]:
@@ -113,6 +114,7 @@ class Seated:
         springs[SIDE] = self.tyre if math.isfinite(self.tyre) else 0.0
         dampers = np.zeros(5)
         dampers[[HINGE, RIDER]] = self.damping, self.rider.damping
+        dampers[SIDE] = self.loss * springs[SIDE]
         chosen = np.ix_(self.free, self.free)
         return mass[chosen], np.diag(dampers)[chosen], (np.diag(springs) + weight)[chosen]
 

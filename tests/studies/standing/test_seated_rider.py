@@ -45,7 +45,7 @@ frame_above_hub_m = 0.55
 
 def bicycle(stiffness=9000.0, damping=150.0):
     body = Rider(78.745, (0.4776, -0.9862), (6.82, 3.55, 1.38), 0.2, stiffness, damping)
-    return Seated(RIDDEN.values, body, 4200.0, 3.0, 0.31)
+    return Seated(RIDDEN.values, body, 4200.0, 3.0, 0.31, 1.2e5, 3e-4)
 
 
 def write(folder, seated, *, which=(0, 1), ratios=True, head=HEAD, table=TABLE):
@@ -72,9 +72,9 @@ def refuse(capsys, *arguments):
     return capsys.readouterr().err
 
 
-def test_two_vibrations_give_front_and_saddle_with_their_covariance(tmp_path, capsys):
+def test_the_vibrations_give_front_and_saddle_with_their_covariance(tmp_path, capsys):
     target = tmp_path / "mine.toml"
-    shown = run(capsys, write(tmp_path, bicycle()), "--out", target)
+    shown = run(capsys, write(tmp_path, bicycle(), which=(0, 1, 2)), "--out", target)
     assert shown.splitlines()[0] == "One hinge and a rider who yaws on the saddle explain the readings."
     model = read_model(target)
     right = {
@@ -117,7 +117,7 @@ def test_diagnose_fits_front_and_rider_together(tmp_path):
     chosen = {c.identifier: c for c in measurement.candidates}
     assert {"front_compliance", "rider_saddle", "rear_compliance"} <= set(chosen)
     assert "support" not in chosen
-    together = (chosen["front_compliance"], chosen["rider_saddle"])
+    together = tuple(chosen[name] for name in ("front_compliance", "rider_saddle", "rear_tyre"))
     found = measurement.corrected_model(fit(measurement, together)).parameters
     assert found["front_compliance.stiffness"] == pytest.approx(4200.0, rel=0.03)
     assert found["rider_saddle.stiffness"] == pytest.approx(9000.0, rel=0.1)
