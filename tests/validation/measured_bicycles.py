@@ -37,7 +37,7 @@ SD = {
 }  # fmt: skip
 
 
-def judge(seed: int) -> dict[str, Any]:
+def judge(seed: int, many: int = MANY) -> dict[str, Any]:
     """Grades and truths of one bicycle, hands off and on, with nothing measured and with all measured."""
     rng = np.random.default_rng([611129, seed])
     case = draw(seed)
@@ -54,25 +54,29 @@ def judge(seed: int) -> dict[str, Any]:
         truth = truly_wobbles(case, true_contact, of_arms)
         row[hands] = {"truth": truth, "today": today[hands], "measured": measured[hands]}
     if measured["off"] not in ("yes", "no"):
-        row["apart"] = take_apart(case, seen, contact)
+        row["apart"] = take_apart(case, seen, contact, many)
     return row
 
 
-def take_apart(case: Case, seen: dict[str, float], contact: Any) -> dict[str, Any]:
-    """Why a measured bicycle has no definite answer hands off; ``contact`` (4,) as its owner knows the tyre."""
-    samples, values = sampled(settings_of(case, seen, {}, fronts=MANY))
+def take_apart(case: Case, seen: dict[str, float], contact: Any, many: int) -> dict[str, Any]:
+    """Why a measured bicycle has no definite answer hands off; ``contact`` (4,) as its owner knows the tyre.
+
+    ``many`` samples are taken, and a quarter of them where a group is known.
+    """
+    samples, values = sampled(settings_of(case, seen, {}, fronts=many))
     growth, _ = true_growth(case, contact * (1 + case.errors[0]), {})
     ridden = (RIDDEN[0] <= SPEEDS) & (RIDDEN[1] >= SPEEDS)
     moments = {name: (case.numbers[name],) * 2 for name in MOMENTS}
+    fronts = max(many // 4, 4)
     true_front, exact = {name: case.numbers[name] for name in seen}, exact_bicycle(case)
     known = {
-        "tyre's moments and camber stiffness": settings_of(case, seen, {}, exact=moments),
-        "tyre's stiffness and length": settings_of(case, seen, {}, contact=contact),
-        "front frame and steering friction": settings_of(case, true_front, {}, scale=1e-3),
-        BICYCLE: settings_of(exact, seen, {}),
-        "tyre": settings_of(case, seen, {}, exact=moments, contact=contact),
-        "tyre's stiffness and length, bicycle": settings_of(exact, seen, {}, contact=contact),
-        "tyre and bicycle": settings_of(exact, seen, {}, exact=moments, contact=contact),
+        "tyre's moments and camber stiffness": settings_of(case, seen, {}, exact=moments, fronts=fronts),
+        "tyre's stiffness and length": settings_of(case, seen, {}, contact=contact, fronts=fronts),
+        "front frame and steering friction": settings_of(case, true_front, {}, scale=1e-3, fronts=fronts),
+        BICYCLE: settings_of(exact, seen, {}, fronts=fronts),
+        "tyre": settings_of(case, seen, {}, exact=moments, contact=contact, fronts=fronts),
+        "tyre's stiffness and length, bicycle": settings_of(exact, seen, {}, contact=contact, fronts=fronts),
+        "tyre and bicycle": settings_of(exact, seen, {}, exact=moments, contact=contact, fronts=fronts),
     }
     relative = {name: np.std([one[key] for one in values]) / np.mean([one[key] for one in values])
                 for name, key in LENGTHS.items()}  # fmt: skip
@@ -213,27 +217,31 @@ def grades(case: Case, seen: dict[str, float], held: dict[str, float]) -> tuple[
     return answers, np.array(studied.contact)
 
 
-def run(*, out: Path, seed: int, bicycles: int = 30, workers: int = 2) -> dict[str, Any]:
+def run(*, out: Path, seed: int, bicycles: int = 30, many: int = MANY, workers: int = 2) -> dict[str, Any]:
     """Count definite and right answers of ``bicycles``, and take those apart that are indefinite hands off."""
     from bicycle.effects import model_workers
 
     with model_workers(workers) as pool:
-        rows = list(pool.map(judge, range(seed, seed + bicycles)))
+        rows = list(pool.map(judge, range(seed, seed + bicycles), [many] * bicycles))
     counts: dict[str, Any] = {}
     for hands in ("off", "on"):
         for when in ("today", "measured"):
             definite = [row[hands] for row in rows if row[hands][when] in ("yes", "no")]
             right = sum((row[when] == "yes") == row["truth"] for row in definite)
             counts[f"hands {hands}, {when}"] = {"definite": len(definite), "right": right, "of": len(rows)}
-    return {"counts": counts, "indefinite": summary([row["apart"] for row in rows if "apart" in row]), "rows": rows}
+    return {
+        "counts": counts,
+        "indefinite": summary([row["apart"] for row in rows if "apart" in row], many),
+        "rows": rows,
+    }
 
 
-def summary(apart: list[dict[str, Any]]) -> dict[str, Any]:
+def summary(apart: list[dict[str, Any]], many: int) -> dict[str, Any]:
     """Mean shares of the variance, and how many become definite with more samples or with a group known."""
     if not apart:
         return {}
     definite = {name: sum(one["known"][name] in ("yes", "no") for one in apart) for name in apart[0]["known"]}
-    definite[f"{MANY} samples"] = sum(one["grade_of_many"] in ("yes", "no") for one in apart)
+    definite[f"{many} samples"] = sum(one["grade_of_many"] in ("yes", "no") for one in apart)
     shares = {name: float(np.mean([one["variance"][name] for one in apart])) for name in apart[0]["variance"]}
     return {
         "bicycles": len(apart),

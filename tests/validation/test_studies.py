@@ -19,7 +19,7 @@ TINY = {
     "hands-on-the-bar": "--seed 5 --draws 60",
     "hostile": "--seed 910005 --cases 1",
     "limit-cycles": "--seed 6 --models 2",
-    "measured-bicycles": "--seed 3 --bicycles 1 --workers 1",
+    "measured-bicycles": "--seed 3 --bicycles 1 --many 24 --workers 1",
     "mode-names": "--seed 5 --bicycles 1 --models 2",
     "pull-shapes": "--seed 7 --draws 1 --workers 1",
     "published-front-figures": "--seed 5 --frames 6 --fresh 3",
