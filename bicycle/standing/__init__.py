@@ -10,7 +10,7 @@ HOME = {  # module -> the names that it gives to other rooms
         "ASSUMED_HEIGHT", "FORK", "FORK_LENGTH", "FRONT", "HEIGHT", "NOT_HELD", "ONE_HINGE", "RIDER_YAWS", "SADDLE",
         "SADDLE_RATIO", "SADDLE_STIFFNESS", "STIFFNESS", "TIME", "TWO_JOINTS", "FrontFit", "fit_front",
     ),
-    "front_result": ("CERTAIN_MOTION", "FrontResult", "Outcome", "frame_motion", "measure_front"),
+    "front_result": ("CERTAIN_MOTION", "FrontResult", "Outcome", "frame_motion", "measure_front", "require_rider"),
     "hands": (
         "DRY", "HANDS", "HANDS_TABLE", "SPRING_SD", "Hands", "RingDown", "measure_hands", "predict_ring_downs",
         "read_ring_downs", "select_grip", "spring_error",

@@ -152,12 +152,7 @@ def measure_front(readings: Readings, model: Model, stated_sd: Mapping[str, floa
         return fits[hypothesis.name]
 
     if readings.seated and readings.taps:
-        mass = model.bicycle["mB"]
-        if mass < LIGHTEST_RIDDEN:
-            raise InputError(
-                f"a rider sat on the saddle, and the bicycle has none: mB = {mass:g} kg is below "
-                f"{LIGHTEST_RIDDEN:g} kg; give the bicycle with its rider"
-            )
+        require_rider(readings, model)
         return _measure_seated(readings, model, motion, stated_sd)
     one = attempt(ONE_HINGE)
     if motion is not None and motion.moved:
@@ -176,6 +171,16 @@ def measure_front(readings: Readings, model: Model, stated_sd: Mapping[str, floa
     explains = loose is not None and (loose.fits or loose.chi2 < FAR_BETTER * held)
     outcome = Outcome.NOT_HELD if explains else Outcome.UNEXPLAINED
     return FrontResult(readings, outcome, fits, motion)
+
+
+def require_rider(readings: Readings, model: Model) -> None:
+    """Refuse taps under a seated rider on a bicycle without one."""
+    mass = model.bicycle["mB"]
+    if readings.seated and readings.taps and mass < LIGHTEST_RIDDEN:
+        raise InputError(
+            f"a rider sat on the saddle, and the bicycle has none: mB = {mass:g} kg is below "
+            f"{LIGHTEST_RIDDEN:g} kg; give the bicycle with its rider"
+        )
 
 
 def _measure_seated(

@@ -16,7 +16,18 @@ import numpy as np
 from bicycle.effects.effect import Effect, SprungJoint
 from bicycle.effects.effect_registry import registry
 from bicycle.model.model import Model
-from bicycle.standing import SERIES, SUPPORT, TABLE, TYRE, TYRE_DAMPING, Prediction, Readings, at_rim, read_standing
+from bicycle.standing import (
+    SERIES,
+    SUPPORT,
+    TABLE,
+    TYRE,
+    TYRE_DAMPING,
+    Prediction,
+    Readings,
+    at_rim,
+    read_standing,
+    require_rider,
+)
 from studies.diagnosis.bicycle_kind import BicycleKind
 from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.family import Family, Settings
@@ -66,6 +77,7 @@ class StandingKind(BicycleKind, kind="standing"):
 
     def prepare(self, *, without: tuple[str, ...] = (), also: tuple[str, ...] = ()) -> Self:
         """Prepare the library: joints of frame and fork, which these readings show directly, and the hold."""
+        require_rider(self.readings, self.model)
         shown = [name for name in ("fork_bending", REAR) if name not in without and not self._unseen(registry()[name])]
         prepared = super().prepare(without=without, also=(*also, *shown))
         acting = tuple(
@@ -145,7 +157,14 @@ class StandingKind(BicycleKind, kind="standing"):
         if self.readings.seated and not nobody_rides(self.model):
             held = f"the front wheel was in the air and only the rider held the frame in the taps ({self.held})"
         rigid = f"a front frame that is rigid in the base model is taken to vibrate at {RIGID_HZ:g} Hz"
-        return (held, rigid)
+        empty = (
+            "the damping of the front frame is that of an empty frame: with a rider who is fixed to the frame it is "
+            "too small for a ride; give the bicycle rider_saddle"
+        )
+        fixed_rider = not nobody_rides(self.model) and all(e.identifier != SADDLE for e in self.model.effects)
+        return (
+            (held, rigid, empty) if self.readings.damped and not self.readings.seated and fixed_rider else (held, rigid)
+        )
 
     # ---- physics ----
 

@@ -16,6 +16,7 @@ from bicycle.model import DEFAULTS
 from bicycle.parameters import UNITS
 from bicycle.stability import known_modes
 from studies.diagnosis import Kind, diagnose, find, read_measurement, record
+from studies.inference import fit
 from tyre.measured import Calibration
 
 PAGE = page("measurement_files")
@@ -33,6 +34,15 @@ def test_every_kind_has_an_example_that_is_read(folder):
         kind = read_measurement(folder / name / "MEASUREMENT.toml").prepare()
         residual, _ = kind.residual((), np.array([u.centre for u in kind.nuisances]))
         assert 0 < residual @ residual < math.inf
+
+
+def test_standing_and_modes_are_one_measurement(folder):
+    """Made outside velotyre with 3500 N m/rad and 7 N m s/rad."""
+    joint = read_measurement(folder / "standing" / "with_modes.toml").prepare()
+    (front,) = (c for c in joint.candidates if c.identifier == "front_compliance")
+    found = joint.corrected_model(fit(joint, (front,))).parameters
+    assert found["front_compliance.stiffness"] == pytest.approx(3500.0, rel=0.015)
+    assert found["front_compliance.damping"] == pytest.approx(7.0, rel=0.03)
 
 
 def test_the_example_of_modes_is_diagnosed(folder, monkeypatch):
