@@ -117,7 +117,7 @@ def test_errors_of_the_hold_belong_to_the_part(tmp_path):
 def test_a_rider_who_sat_on_a_bicycle_without_one_is_refused(tmp_path):
     write_taps(tmp_path)
     write_modes(tmp_path)
-    head = HEAD.format(*PISTA.static_loads)
+    head = HEAD.format(*(PER_LOAD * load for load in PISTA.static_loads))
     seated = PARTS["stand"].replace("saddle and bottom bracket", "rider seated")
     (tmp_path / "joint.toml").write_text(head + seated + PARTS["modes"])
     joint = read_measurement(tmp_path / "joint.toml")
