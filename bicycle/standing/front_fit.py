@@ -84,7 +84,7 @@ SADDLE_RATIO = Unknown("log_saddle_ratio", math.log(1e-3), math.log(2.0), 1e-4, 
 REAR_TYRE = Unknown("log_tyre", math.log(1e4), math.log(1e7), 1e-4, (math.log(1.2e5), 0.5))
 TYRE_TIME = Unknown("log_tyre_time", math.log(1e-6), math.log(1.0), 1e-4, (math.log(3e-4), 1.0))  # s
 SEATED_TIME = replace(TIME, prior=(math.log(1e-3), 1.5))  # of a front with a damping ratio of 0.003 to 0.8 at 16 Hz
-RIDER_SHARES = {"mass_share": 0.05, "inertia_share": 0.15, "joint_x": 0.02}
+RIDER_SHARES = {"mass_share": 0.05, "inertia_share": 0.15, "joint_x": 0.02, "x": 0.01, "z": 0.03}
 """Standard uncertainty of what a model that does not state its seated rider assumes of this body (1, 1, m)."""
 
 
@@ -257,7 +257,8 @@ class _Problem:
         if errors is not None:
             for k, (key, sd) in enumerate(self.floating.items()):
                 values[key] = values.get(key, 0.0) + sd * errors[:, k]
-        values |= {follower: values[leader] for follower, leader in self.tied.items()}
+        for follower, leader in self.tied.items():
+            values[follower] = values[follower] + values[leader] - self.base[leader]
         coordinates = {u.name: theta[:, k] for k, u in enumerate(self.hypothesis.unknowns)}
         return self.prediction(values | front_values(coordinates, values))[:, self.data[2]]
 
@@ -447,9 +448,9 @@ def _with_rider(model: Model) -> tuple[dict[str, float], dict[str, str], dict[st
     whole = model if stated else model.with_effect(effect_class(SADDLE)())
     base = dict(whole.parameters)
     shares = {f"{SADDLE}.{name}": sd for name, sd in RIDER_SHARES.items()}
-    exact = base[f"{SADDLE}.mass_share"] == 1.0
+    exact = base[f"{SADDLE}.mass_share"] == 1.0  # the body is stated, but for the place of the saddle
     tied = {key: leader for key, leader in whole.tied.items() if key.startswith(f"{SADDLE}.")}
-    return base, tied, {key: sd for key, sd in shares.items() if not (exact and key.endswith("share"))}
+    return base, tied, {key: sd for key, sd in shares.items() if not exact or key.endswith("joint_x")}
 
 
 def _solve_all(problem: _Problem, starts: Sequence[Array] = ()) -> list[FrontFit]:

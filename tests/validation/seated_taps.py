@@ -73,11 +73,14 @@ def record(seated: Seated, rng: Random) -> tuple[Any, ...]:
 
 def judge(taps: Sequence[Any], name: str, true: Seated, *, stated: bool) -> Row:
     """Errors of what is found, and whether its 95 % intervals hold the truth."""
+    from bicycle import load_bicycle
     from bicycle.model import build_model
     from bicycle.standing import Readings, measure_front
 
     effects: Mapping[str, Any] = {"rider_saddle": {"without_rider": BARE[name]}} if stated else {}
-    result = measure_front(Readings((), tuple(taps), seated=True), build_model({"bicycle": name, "effects": effects}))
+    model = build_model({"bicycle": name, "effects": effects})
+    stated_sd = uncertainty(load_bicycle(name))
+    result = measure_front(Readings((), tuple(taps), seated=True), model, stated_sd)
     row: Row = {"outcome": str(result.outcome), "vibrations": len(taps), "saddle_open": list(result.saddle_open)}
     if result.fit is None:
         return row
