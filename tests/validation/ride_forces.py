@@ -32,7 +32,7 @@ JUDGED = ("rear_lateral_force", "front_lateral_force", "rear_slip_angle", "front
 FORCES = JUDGED[:2]
 SIDE_FORCE = "side_force"
 TARGETS = {"covered": (0.93, 0.97), "sum_error_share": 0.03}
-RUN_IN = 40.0  # s at both ends of a ride, in which the steady filter of "ideal" has not yet forgotten its start
+RUN_IN = 80.0  # s at both ends of a ride, in which the steady filter of "ideal" has not yet forgotten its start
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ def test_the_judge_of_forces_knows_truth_and_error():
 
 def test_the_ideal_smoother_holds_what_it_promises():
     """Errors of a ride are as large as its covariance says; low frequencies leave few independent samples."""
-    taken = ride_forces.draw_ride("known", "straight", 2, 0, 200.0)
+    taken = ride_forces.draw_ride("known", "straight", 2, 0, 260.0)
     row = ride_forces.judge(taken, ride_forces.ideal(taken))
     for name in ride_forces.JUDGED:
         assert row[f"error.{name}"] == pytest.approx(row[f"sd.{name}"], rel=0.2)
