@@ -1,8 +1,7 @@
 """Frequency responses: gain and phase from an input to an output at frequencies and speeds, with their noise.
 
 The response H = C (i omega E - F)^-1 B is that of the bicycle alone, also at speeds at which it is unstable and
-something held it (Ljung 1999, System Identification, ch. 13: the direct approach). Its derivative is
-dH = dC X + L (dB - (i omega dE - dF) X) with X = (i omega E - F)^-1 B and L = C (i omega E - F)^-1.
+something held it (Ljung 1999, System Identification, ch. 13: the direct approach).
 """
 
 import math
@@ -16,7 +15,6 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bicycle.identification.recording import INPUTS as TORQUES
 from bicycle.identification.recording import MOTOR_IN_TORQUE, STEER_TORQUE
@@ -35,8 +33,9 @@ from studies.diagnosis.bicycle_kind import (
 from studies.diagnosis.doubts import ACCELERATIONS, ANGLES
 from studies.diagnosis.doubts import SPEEDS as SPEED_READINGS
 from studies.diagnosis.doubts import TORQUES as TORQUE_READINGS
-from studies.diagnosis.family import Family, MatrixSlopes, flat_parts
+from studies.diagnosis.family import flat_parts
 from studies.diagnosis.figures import BODE
+from studies.diagnosis.harmonic_response import ACCELERATION, Accelerometer, Wanted, responses
 from studies.diagnosis.mistakes import apply_sensor, delay_error, errors_of, gain_error, lowpass_error, speed_errors
 from studies.inference import kind as base
 from studies.inference.evidence import MOST_FOLDS, folds
@@ -60,7 +59,6 @@ OUTPUTS = {
 
 INPUTS = {"steer_torque": "moment", "lean_torque": "moment", "lateral_push": "force"}
 SI = {"angle": "rad", "angular rate": "rad/s", "acceleration": "m/s^2", "moment": "N m", "force": "N"}
-ACCELERATION = "lateral_acceleration"
 FORMS = {("re", "im"): "re and im"} | {(size, "phase"): f"{size} and phase_deg" for size in ("gain", "gain_db")}
 PHASES = {"phase_deg": math.pi / 180, "phase_rad": 1.0}
 HIGHEST = 100.0  # Hz
@@ -127,14 +125,6 @@ class ResponsePoint:
         """SI unit of the gain."""
         quantity = next(quantity for output, quantity in OUTPUTS.values() if output == self.output)
         return f"{SI[quantity]} per {SI[INPUTS[self.input]]}"
-
-
-@dataclass(frozen=True)
-class Accelerometer:
-    """Place of a lateral accelerometer that is fixed to the rear frame, m: ahead of the rear contact, z down."""
-
-    x: float  # m, ahead of the rear contact
-    z: float  # m, down from the ground: above it negative
 
 
 def describe_signal(name: str) -> str:
@@ -279,75 +269,6 @@ def _noise(path: Path, columns: Columns, gain: Complex, relative: float | None) 
     # sd = |H| sqrt((1 - gamma^2) / (2 gamma^2 n)) (Bendat & Piersol, Random Data, ch. 9); its square is widened by
     # n / (n - 2), the variance of Student's t, because the noise itself was estimated from n - 1 differences
     return np.asarray(np.abs(gain) * np.sqrt((1 - coherence) / coherence / (2 * (averages - 2)))), []
-
-
-# ---- physics ----
-
-
-@dataclass(frozen=True, eq=False)
-class Wanted:
-    """Responses (n,) to be predicted: frequencies (Hz), speeds (m/s), names of inputs and outputs."""
-
-    frequency: Array  # (n,), Hz
-    speed: Array  # (n,), m/s, as recorded
-    inputs: tuple[str, ...]  # (n,)
-    outputs: tuple[str, ...]  # (n,)
-
-    @cached_property
-    def s(self) -> Complex:
-        """i omega (n,), rad/s."""
-        return np.asarray(2j * np.pi * self.frequency)
-
-
-def responses(
-    family: Family, requested: Wanted, theta: Array, accelerometer: Accelerometer | None = None, *, slopes: bool = True
-) -> tuple[Complex, Complex]:
-    """Gains (n,), SI, and their derivatives (n, p), or (n, 0)."""
-    speeds = np.unique(requested.speed)
-    bicycle = MatrixSlopes(family, theta, speeds, slopes)
-    system, names = bicycle.system, family.symbolic
-    places, at = np.unique(np.stack([requested.speed, requested.frequency]), axis=1, return_inverse=True)
-    at, of_speed, s = at.ravel(), np.searchsorted(speeds, places[0]), 2j * np.pi * places[1]
-    inputs, outputs = list(dict.fromkeys(requested.inputs)), list(dict.fromkeys(requested.outputs))
-    selected_inputs = np.zeros((len(s), len(names.inputs), len(inputs)))
-    selected_inputs[:, [names.inputs.index(name) for name in inputs], range(len(inputs))] = 1.0
-    used, weights, weight_slopes = _weigh_outputs(bicycle, outputs, of_speed, s, accelerometer)
-    rows = system.output[0, of_speed][:, used]
-    pencil = s[:, None, None] * system.mass[0, of_speed] - system.dynamics[0, of_speed]
-    states = np.linalg.solve(pencil, system.input[0, of_speed] @ selected_inputs + 0j)
-    pick = ([outputs.index(name) for name in requested.outputs], [inputs.index(name) for name in requested.inputs])
-    gains = (weights @ (rows @ states))[at, *pick]
-    slope = np.zeros((len(gains), len(bicycle.steps)), complex)
-    if slope.size:
-        back = np.linalg.solve(pencil.swapaxes(1, 2), (weights @ rows).swapaxes(1, 2)).swapaxes(1, 2)
-        force = bicycle.apply("input", of_speed, selected_inputs) + bicycle.force(of_speed, states, s)
-        gain_slopes = weights[:, None] @ bicycle.apply("output", of_speed, states, used)
-        gain_slopes += weight_slopes @ (rows @ states)[:, None] + back[:, None] @ force
-        slope = gain_slopes[at, :, *pick]
-    return gains, slope
-
-
-def _weigh_outputs(
-    bicycle: MatrixSlopes, signals: list[str], at: NDArray[np.intp], s: Complex, place: Accelerometer | None
-) -> tuple[list[int], Complex, Array]:
-    """Measured signals as sums of outputs of the model, at speeds ``at`` and i omega ``s`` (m,)."""
-    parts = ("rear_lateral_velocity", "yaw_rate", "lean_rate", "lean")
-    used = list(dict.fromkeys([name for name in signals if name != ACCELERATION] + list(parts)))
-    weights = np.zeros((len(s), len(signals), len(used)), complex)
-    slopes = np.zeros((len(s), len(bicycle.steps), len(signals), len(used)))
-    for k, name in enumerate(signals):
-        if name != ACCELERATION:
-            weights[:, k, used.index(name)] = 1.0
-            continue
-        assert place is not None
-        lateral, yaw, rolling, lean = (used.index(part) for part in parts)
-        v, g = bicycle.true_speeds, bicycle.values["g"]
-        weights[:, k, lateral], weights[:, k, rolling] = s, -place.z * s
-        weights[:, k, yaw], weights[:, k, lean] = place.x * s + v[0, at], -g[0]
-        slopes[:, :, k, yaw] = bicycle.difference(v).T[at]
-        slopes[:, :, k, lean] = -bicycle.difference(g)[:, 0]
-    outputs = bicycle.family.symbolic.outputs
-    return [outputs.index(name) for name in used], weights, slopes
 
 
 # ---- the kind ----
