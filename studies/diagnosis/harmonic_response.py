@@ -43,28 +43,61 @@ def responses(
     family: Family, requested: Wanted, theta: Array, accelerometer: Accelerometer | None = None, *, slopes: bool = True
 ) -> tuple[Complex, Complex]:
     """Gains (n,), SI, and their derivatives (n, p), or (n, 0)."""
-    speeds = np.unique(requested.speed)
+    places, at = np.unique(np.stack([requested.speed, requested.frequency]), axis=1, return_inverse=True)
+    inputs, outputs = list(dict.fromkeys(requested.inputs)), list(dict.fromkeys(requested.outputs))
+    gains, slope = gain_matrices(family, theta, places[0], places[1], inputs, outputs, accelerometer, slopes=slopes)
+    pick = ([outputs.index(name) for name in requested.outputs], [inputs.index(name) for name in requested.inputs])
+    return gains[at.ravel(), *pick], slope[at.ravel(), :, *pick]
+
+
+def gain_matrices(
+    family: Family,
+    theta: Array,
+    speed: Array,
+    hertz: Array,
+    inputs: list[str],
+    outputs: list[str],
+    accelerometer: Accelerometer | None = None,
+    *,
+    slopes: bool = True,
+) -> tuple[Complex, Complex]:
+    """Gains (m, outputs, inputs), SI, at m speeds (m/s) with frequencies (Hz), and derivatives (m, p or 0, ...).
+
+    An output may also be a state of the model.
+    """
+    speeds = np.unique(speed)
     bicycle = MatrixSlopes(family, theta, speeds, slopes)
     system, names = bicycle.system, family.symbolic
-    places, at = np.unique(np.stack([requested.speed, requested.frequency]), axis=1, return_inverse=True)
-    at, of_speed, s = at.ravel(), np.searchsorted(speeds, places[0]), 2j * np.pi * places[1]
-    inputs, outputs = list(dict.fromkeys(requested.inputs)), list(dict.fromkeys(requested.outputs))
+    of_speed, s = np.searchsorted(speeds, speed), 2j * np.pi * hertz
     selected_inputs = np.zeros((len(s), len(names.inputs), len(inputs)))
     selected_inputs[:, [names.inputs.index(name) for name in inputs], range(len(inputs))] = 1.0
-    used, weights, weight_slopes = _weigh_outputs(bicycle, outputs, of_speed, s, accelerometer)
+    declared = [name for name in outputs if name in (*names.outputs, ACCELERATION)]
+    used, weights, weight_slopes = _weigh_outputs(bicycle, declared, of_speed, s, accelerometer)
     rows = system.output[0, of_speed][:, used]
+    seen = [name for name in outputs if name not in declared]
+    states_seen = _rows_of_states(family, seen)
     pencil = s[:, None, None] * system.mass[0, of_speed] - system.dynamics[0, of_speed]
     states = np.linalg.solve(pencil, system.input[0, of_speed] @ selected_inputs + 0j)
-    pick = ([outputs.index(name) for name in requested.outputs], [inputs.index(name) for name in requested.inputs])
-    gains = (weights @ (rows @ states))[at, *pick]
-    slope = np.zeros((len(gains), len(bicycle.steps)), complex)
+    gains = np.concatenate([weights @ (rows @ states), states_seen @ states], 1)
+    slope = np.zeros((len(s), len(bicycle.steps), len(outputs), len(inputs)), complex)
     if slope.size:
-        back = np.linalg.solve(pencil.swapaxes(1, 2), (weights @ rows).swapaxes(1, 2)).swapaxes(1, 2)
+        all_rows = np.concatenate([weights @ rows, np.broadcast_to(states_seen, (len(s), *states_seen.shape))], 1)
+        back = np.linalg.solve(pencil.swapaxes(1, 2), all_rows.swapaxes(1, 2)).swapaxes(1, 2)
         force = bicycle.apply("input", of_speed, selected_inputs) + bicycle.force(of_speed, states, s)
-        gain_slopes = weights[:, None] @ bicycle.apply("output", of_speed, states, used)
-        gain_slopes += weight_slopes @ (rows @ states)[:, None] + back[:, None] @ force
-        slope = gain_slopes[at, :, *pick]
-    return gains, slope
+        slope = back[:, None] @ force
+        slope[:, :, : len(declared)] += weights[:, None] @ bicycle.apply("output", of_speed, states, used)
+        slope[:, :, : len(declared)] += weight_slopes @ (rows @ states)[:, None]
+    order = [[*declared, *seen].index(name) for name in outputs]
+    return np.asarray(gains[:, order]), np.asarray(slope[:, :, order])
+
+
+def _rows_of_states(family: Family, names: list[str]) -> Array:
+    """Rows (k, n) that take k states by name, in SI, from the scaled states of the model."""
+    states = list(family.symbolic.states)
+    rows = np.zeros((len(names), len(states)))
+    for row, name in enumerate(names):
+        rows[row, states.index(name)] = family.models.scale[states.index(name)]
+    return rows
 
 
 def _weigh_outputs(

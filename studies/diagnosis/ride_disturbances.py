@@ -1,0 +1,142 @@
+"""What moves a bicycle on an ordinary ride: torques and forces that nobody records, and a rider who steers.
+
+Each input has a spectrum S(f) = a^2 ((1 + 1/c^2) / (1 + (f/c)^2))^p, one-sided, with its root a at 1 Hz, a corner c in
+Hz and a power p. The rider's torque on the handlebar, beside that of the spectrum, is that of the arms and that of the
+muscles, T = -(k steer + d steer rate) - M(s) (gains on lean, its rate, steer and its rate) with the second-order lag
+M = w^2 / (s^2 + 2 zeta w s + w^2) of Schwab, de Lange, Happee & Moore (2013, Multibody System Dynamics), zeta = 0.707.
+These numbers are a ride's own; nobody states them. They have normal priors, which are judgements, and are integrated
+out of what is fitted.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bicycle.effects.effect import Effect
+from bicycle.equations.lateral import ModelBuilder
+from tyre.ground.arrays import Array, Complex
+
+SIZES = {"steer_torque": 0.3, "lean_torque": 5.0, "lateral_push": 5.0, "yaw_moment": 2.0}
+"""Input -> prior median of the root of its density at 1 Hz, N m or N per root of Hz."""
+SIZE_SPREAD, CORNER_SPREAD, POWER_SPREAD = 2.0, 1.0, 0.5  # prior sd: logarithms of size and corner, and power
+CORNER, POWER = 1.0, 1.0  # prior median of the corner, Hz; prior mean of the power
+ANSWERED = ("lean", "lean_rate", "steer", "steer_rate")
+GAINS = (20.0, 10.0, 20.0, 3.0)  # prior sd of the muscles' gains, N m/rad and N m s/rad
+ARMS = {2: 20.0, 3: 3.0}  # prior sd of the arms' stiffness and damping, N m/rad and N m s/rad, by place in ANSWERED
+MUSCLES, MUSCLES_SPREAD = 2 * np.pi * 2.17, 0.7  # rad/s, prior median of w; sd of its logarithm
+ZETA = 0.707
+FOLLOWS = 5e-4  # s; at 15 Hz it lags by 3 degrees
+FLOOR_SPREAD = 1.0  # prior sd of the logarithm of a channel's noise
+
+
+class YawMoment(Effect):
+    """A moment about the vertical on the rear frame, as wind and a crooked road give it."""
+
+    identifier = "ride_yaw_moment"
+    source = "virtual work"
+
+    def apply(self, model: ModelBuilder) -> None:
+        model.add_yaw_moment("rear frame", model.add_input("yaw_moment", unit="N m"))
+
+
+class SlipVelocities(Effect):
+    """Slip velocity of each wheel as a state that follows it within :data:`FOLLOWS`, and acts on nothing."""
+
+    identifier = "ride_slip_velocities"
+    source = "definition"
+
+    def apply(self, model: ModelBuilder) -> None:
+        for wheel in model.wheels:
+            seen = model.add_state(f"{wheel.name}_slip_velocity", unit="m/s", role=wheel.name)
+            model.set_rate(seen, (wheel.slip_velocity - seen) / FOLLOWS)
+
+
+@dataclass(frozen=True, eq=False)
+class Disturbances:
+    """Numbers of a ride that float in each fit, as normal coordinates z (k,), all 0 +- 1."""
+
+    inputs: tuple[str, ...]  # the first is the steer torque
+    floors: Array  # (C,), usual noise densities of the channels, unit^2/Hz
+    steered: bool = True  # a rider answers the motion
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names (k,) of the coordinates."""
+        spectra = [f"{name} {what}" for name in self.inputs for what in ("size", "corner", "power")]
+        arms = [f"torque of the arms by {ANSWERED[k]}" for k in ARMS]
+        muscles = [f"torque of the muscles by {name}" for name in ANSWERED]
+        rider = [*arms, *muscles, "frequency of the muscles"] if self.steered else []
+        return (*spectra, *rider, *(f"noise of channel {k + 1}" for k in range(len(self.floors))))
+
+    @cached_property
+    def loop(self) -> slice:
+        """Coordinates of the loop: gains and delay."""
+        first = 3 * len(self.inputs)
+        return slice(first, len(self.names) - len(self.floors))
+
+    def starts(self) -> Array:
+        """Coordinates (starts, k) from which the most probable ones are sought: arms of no, some and much damping."""
+        dampings = (0.0, 0.5, 1.0) if self.steered else (0.0,)
+        starts = np.zeros((len(dampings), len(self.names)))
+        if self.steered:
+            starts[:, self.names.index("torque of the arms by steer_rate")] = dampings
+        return starts
+
+    def densities(self, z: Array, hertz: Array) -> Array:
+        """Densities (R, b, q, inputs) of R rides at coordinates ``z`` (R, k), at ``hertz`` (R, b, q)."""
+        logarithm, _ = self._log_densities(z, hertz)
+        return np.asarray(np.exp(logarithm))
+
+    def density_slopes(self, z: Array, hertz: Array) -> Array:
+        """Derivatives (R, b, q, inputs, 3) of the densities by size, corner and power."""
+        logarithm, slopes = self._log_densities(z, hertz)
+        return np.asarray(np.exp(logarithm)[..., None] * slopes)
+
+    def _log_densities(self, z: Array, hertz: Array) -> tuple[Array, Array]:
+        x = z[:, : 3 * len(self.inputs)].reshape(len(z), 1, 1, -1, 3)
+        size = np.log([SIZES[name] for name in self.inputs]) + SIZE_SPREAD * x[..., 0]
+        corner = CORNER * np.exp(CORNER_SPREAD * x[..., 1])
+        power = POWER + POWER_SPREAD * x[..., 2]
+        squared = (hertz[..., None] / corner) ** 2
+        fall = np.log1p(1 / corner**2) - np.log1p(squared)
+        by_corner = 2 * squared / (1 + squared) - 2 / (1 + corner**2)
+        logarithm = 2 * size + power * fall
+        slopes = np.stack(
+            [np.full(fall.shape, 2 * SIZE_SPREAD), CORNER_SPREAD * power * by_corner, POWER_SPREAD * fall], -1
+        )
+        return logarithm, slopes
+
+    def answers(self, z: Array, s: Complex) -> Complex:
+        """Torque (R, b, q, 4) per lean, its rate, steer and its rate, N m/rad and N m s/rad, at ``s`` (R, b, q)."""
+        if not self.steered:
+            return np.zeros((*s.shape, len(ANSWERED)), complex)
+        return self._answers(z, s)[0]
+
+    def answer_slopes(self, z: Array, s: Complex) -> Complex:
+        """Derivatives (R, b, q, 4, loop) of :meth:`answers` by the coordinates of the loop."""
+        answers, muscles, by_frequency = self._answers(z, s)
+        slopes = np.zeros((*answers.shape, len(z[0, self.loop])), complex)
+        for column, (k, sd) in enumerate(ARMS.items()):
+            slopes[..., k, column] = sd
+        for k, gain in enumerate(GAINS):
+            slopes[..., k, len(ARMS) + k] = gain * muscles
+        slopes[..., -1] = by_frequency
+        return slopes
+
+    def _answers(self, z: Array, s: Complex) -> tuple[Complex, Complex, Complex]:
+        """Torques (R, b, q, 4), the muscles' lag M (R, b, q), and derivatives (R, b, q, 4) by their frequency."""
+        x = z[:, self.loop]
+        gains = x[:, len(ARMS) : -1] * GAINS
+        frequency = MUSCLES * np.exp(MUSCLES_SPREAD * x[:, -1])[:, None, None]
+        ratio = s / frequency
+        muscles = 1 / (1 + 2 * ZETA * ratio + ratio**2)
+        by_frequency = MUSCLES_SPREAD * muscles**2 * (2 * ZETA * ratio + 2 * ratio**2)
+        torque = gains[:, None, None] * muscles[..., None]
+        for column, (k, sd) in enumerate(ARMS.items()):
+            torque[..., k] += sd * x[:, column, None, None]
+        return torque, muscles, gains[:, None, None] * by_frequency[..., None]
+
+    def noise(self, z: Array) -> Array:
+        """Noise densities (R, C), unit^2/Hz."""
+        return np.asarray(self.floors * np.exp(2 * FLOOR_SPREAD * z[:, len(self.names) - len(self.floors) :]))

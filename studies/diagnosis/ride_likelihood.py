@@ -1,0 +1,95 @@
+"""How far the spectra of rides are from those of a model: Whittle's likelihood as a sum of squares.
+
+With v independent averages, the measured spectra W and those of the model S, both (C, C), minus twice the logarithm of
+the likelihood of a band is 2 v (ln det S + tr(S^-1 W)), up to a constant (Whittle 1953, Arkiv foer Matematik 2). Of the
+matrix A = R^-1 S R^-H with W = R R^H, and h(a) = sign(1 - a) sqrt(2 (1/a - 1 + ln a)), it is the sum of the squares of
+the entries of sqrt(v) h(A): they are the residuals. Where the model is right their expected squares are a little above
+1; they are divided by what complex Wishart matrices give (Goodman 1963, Annals of Mathematical Statistics 34).
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import digamma
+
+from tyre.ground.arrays import Array, Complex
+
+NEAR = 1e-4  # of 1: below it series
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralMisfit:
+    """Measured spectra of R rides in b bands of C channels."""
+
+    measured: Complex  # (R, b, C, C)
+    averages: Array  # (R, b)
+
+    @cached_property
+    def root_inverse(self) -> Complex:
+        """R^-1 (R, b, C, C) of W = R R^H."""
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(self.measured)))
+
+    @cached_property
+    def weight(self) -> Array:
+        """Factor (R, b) of h(A): root of the averages, less what a right model has beyond its degrees of freedom."""
+        channels = self.measured.shape[-1]
+        logs = sum(np.log(self.averages) - digamma(self.averages - i) for i in range(channels))
+        expected = 2 * self.averages * logs
+        return np.asarray(np.sqrt(self.averages) * channels / np.sqrt(expected))
+
+    def whiten(self, signals: Complex) -> Complex:
+        """R^-1 y of ``signals`` y (R, b, ..., C, columns)."""
+        shape = (*self.root_inverse.shape[:2], *(1,) * (signals.ndim - 4), *self.root_inverse.shape[2:])
+        return np.asarray(self.root_inverse.reshape(shape) @ signals)
+
+    def residual(self, relative: Complex) -> tuple[Array, "Axes"]:
+        """Residuals (R, b, C^2) of model spectra ``relative`` (R, b, C, C), which are A, and axes for derivatives."""
+        values, axes = np.linalg.eigh(relative)
+        values = np.maximum(values, 1e-12)
+        transformed = (axes * _transform(values)[..., None, :]) @ axes.conj().swapaxes(-1, -2)
+        return self.weight[..., None] * _flatten(transformed), Axes(axes, _divided_differences(values), self.weight)
+
+
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """Eigenvectors of A and divided differences of h, for derivatives of the residuals."""
+
+    vectors: Complex  # (R, b, C, C)
+    differences: Array  # (R, b, C, C)
+    weight: Array  # (R, b)
+
+    def slopes(self, change: Complex) -> Array:
+        """Derivatives (R, b, C^2, k) of residuals from those of A, ``change`` (R, b, k, C, C), all Hermitian."""
+        u = self.vectors[:, :, None]
+        inside = self.differences[:, :, None] * (u.conj().swapaxes(-1, -2) @ change @ u)
+        flat = _flatten(u @ inside @ u.conj().swapaxes(-1, -2))
+        return np.asarray(self.weight[..., None, None] * flat.swapaxes(-1, -2))
+
+
+def _transform(a: Array) -> Array:
+    """h(a) = sign(1 - a) sqrt(2 (1/a - 1 + ln a)), about 1 - a."""
+    e = a - 1
+    near = np.abs(e) < NEAR
+    far = np.sqrt(2 * np.maximum(1 / a - 1 + np.log(a), 0.0))
+    return np.asarray(np.where(near, -e * (1 - 2 * e / 3), -np.sign(e) * far))
+
+
+def _divided_differences(a: Array) -> Array:
+    """(h(a_i) - h(a_j)) / (a_i - a_j), its derivative on the diagonal and for equal values; (..., C, C)."""
+    h = _transform(a)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.where(np.abs(a - 1) < NEAR, -1 + 4 * (a - 1) / 3, (a - 1) / (a**2 * h))
+        gap = a[..., :, None] - a[..., None, :]
+        ratio = (h[..., :, None] - h[..., None, :]) / gap
+    mean = (slope[..., :, None] + slope[..., None, :]) / 2
+    close = np.abs(gap) < 1e-6 * (1 + np.abs(a[..., :, None]))
+    return np.asarray(np.where(close, mean, ratio))
+
+
+def _flatten(matrix: Complex) -> Array:
+    """Real numbers (..., C^2) of Hermitian matrices (..., C, C), of the same sum of squares."""
+    rows, columns = np.triu_indices(matrix.shape[-1], 1)
+    above = np.sqrt(2) * matrix[..., rows, columns]
+    diagonal = np.diagonal(matrix, axis1=-2, axis2=-1).real
+    return np.concatenate([diagonal, above.real, above.imag], -1)

@@ -1,0 +1,161 @@
+"""Spectra of rides from a bicycle's gains: the loop of the rider closed, the disturbances most probable."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bicycle.identification.ride_spectrum import RideSpectrum
+from studies.diagnosis.ride_disturbances import Disturbances
+from studies.diagnosis.ride_likelihood import Axes, SpectralMisfit
+from tyre.ground.arrays import Array, Complex
+
+TURNS = 40  # most steps to the most probable disturbances
+SETTLED = 1e-7  # of the misfit, by which a step still lowers it
+
+
+@dataclass(frozen=True, eq=False)
+class Gains:
+    """Open-loop gains of R rides in b bands at q frequencies each, SI, from i inputs, and their derivatives."""
+
+    channels: Complex  # (R, b, q, C, i), as the sensors show them
+    answered: Complex  # (R, b, q, 4, i): lean, its rate, steer, its rate
+    channel_slopes: Complex  # (R, b, q, p, C, i)
+    answered_slopes: Complex  # (R, b, q, p, 4, i)
+
+
+@dataclass(frozen=True, eq=False)
+class Rides:
+    """Measured spectra of R rides with the same channels and bands, and what disturbed them."""
+
+    spectra: tuple[RideSpectrum, ...]
+    disturbances: Disturbances
+
+    @cached_property
+    def misfit(self) -> SpectralMisfit:
+        """Measured spectra, ready to be compared."""
+        return SpectralMisfit(
+            np.array([ride.values for ride in self.spectra]), np.array([ride.averages for ride in self.spectra])
+        )
+
+    @cached_property
+    def nodes(self) -> Array:
+        """Frequencies (R, b, q), Hz."""
+        return np.array([ride.nodes for ride in self.spectra])
+
+    @property
+    def weights(self) -> Array:
+        """Weights (q,) of the frequencies of a band."""
+        return self.spectra[0].weights
+
+    def settle(self, gains: Gains, start: Array) -> Array:
+        """Most probable disturbances z (R, k) for these ``gains``, from ``start`` (R, k); Levenberg and Marquardt."""
+        z, damping = start.copy(), np.full(len(start), 1e-3)
+        state = Fitted(self, gains, z)
+        for _ in range(TURNS):
+            slopes = state.disturbance_slopes
+            normal = slopes.swapaxes(1, 2) @ slopes + np.eye(z.shape[1])
+            force = (slopes.swapaxes(1, 2) @ state.residual[..., None])[..., 0] + z
+            scaled = normal + damping[:, None, None] * np.eye(z.shape[1]) * np.einsum("rkk->rk", normal)[:, None]
+            trial = z - np.linalg.solve(scaled, force[..., None])[..., 0]
+            tried = Fitted(self, gains, trial)
+            gained = state.objective - tried.objective
+            better = gained > 0
+            damping = np.where(better, damping / 5, damping * 8)
+            largest = np.abs(gained) / (1 + state.objective)
+            if not better.any() and (damping > 1e6).all():
+                break
+            z = np.where(better[:, None], trial, z)
+            state = tried if better.all() else Fitted(self, gains, z)
+            if better.all() and largest.max() < SETTLED:
+                break
+        return z
+
+
+class Fitted:
+    """Rides at some gains and disturbances z (R, k): residuals and their derivatives."""
+
+    def __init__(self, rides: Rides, gains: Gains, z: Array) -> None:
+        self.rides, self.gains, self.z = rides, gains, z
+        s = 2j * np.pi * rides.nodes
+        loop = rides.disturbances
+        self._answers = loop.answers(z, s)
+        steered = gains.answered[..., 0]
+        self._loop_gain = 1 + np.einsum("rbqk,rbqk->rbq", self._answers, steered)
+        self._torque = -np.einsum("rbqk,rbqki->rbqi", self._answers, gains.answered) / self._loop_gain[..., None]
+        self.closed = gains.channels + gains.channels[..., :1] * self._torque[..., None, :]
+        self._white = rides.misfit.whiten(self.closed)
+        self.densities = loop.densities(z, rides.nodes)  # (R, b, q, i)
+        self._weighted = self.densities * rides.weights[:, None]
+        inverse = rides.misfit.root_inverse
+        self._floors = inverse * loop.noise(z)[:, None, None, :] @ inverse.conj().swapaxes(-1, -2)
+        relative = self._products(self._white * self._weighted[..., None, :], self._white) + self._floors
+        residual, self.axes = rides.misfit.residual(relative)
+        self.residual = residual.reshape(len(z), -1)
+
+    @staticmethod
+    def _products(left: Complex, right: Complex) -> Complex:
+        """Sums (R, b, C, C) over frequencies and inputs of left right^H, both (R, b, q, C, i)."""
+        rides, bands, _, channels, _ = left.shape
+        flat = [np.moveaxis(part, 2, 3).reshape(rides, bands, channels, -1) for part in (left, right)]
+        return np.asarray(flat[0] @ flat[1].conj().swapaxes(-1, -2))
+
+    @property
+    def objective(self) -> Array:
+        """Misfit and penalty (R,)."""
+        return np.asarray((self.residual**2).sum(1) + (self.z**2).sum(1))
+
+    @cached_property
+    def disturbance_slopes(self) -> Array:
+        """Derivatives (R, b C^2, k) of the residuals by the disturbances."""
+        rides, loop = self.rides, self.rides.disturbances
+        white, weights = self._white, self.rides.weights
+        parts = []
+        slopes = loop.density_slopes(self.z, rides.nodes)
+        for i in range(len(loop.inputs)):
+            column = white[..., i]  # (R, b, q, C)
+            for what in range(3):
+                scaled = (slopes[..., i, what] * weights)[..., None] * column
+                parts.append(np.einsum("rbqc,rbqd->rbcd", scaled, column.conj()))
+        if rides.disturbances.steered:
+            changes = loop.answer_slopes(self.z, 2j * np.pi * rides.nodes)
+            steered = rides.misfit.whiten(self.gains.channels[..., :1])[..., 0]
+            # the torque on the handlebar changes by -(dg z + T dg z_steer) / (1 + g z_steer)
+            answered = self.gains.answered + self.gains.answered[..., :1] * self._torque[..., None, :]
+            torque = -np.einsum("rbqkl,rbqki->rbqil", changes, answered) / self._loop_gain[..., None, None]
+            back = np.einsum("rbqil,rbqi,rbqci->rbqcl", torque, self._weighted, white.conj())
+            half = np.einsum("rbqc,rbqdl->rblcd", steered, back)
+            parts += list(np.moveaxis(half + half.conj().swapaxes(-1, -2), 2, 0))
+        inverse, floors = rides.misfit.root_inverse, loop.noise(self.z)
+        for c in range(inverse.shape[-1]):
+            column = inverse[..., c]
+            parts.append(2 * floors[:, None, c, None, None] * column[..., :, None] * column.conj()[..., None, :])
+        return self._flat_slopes(np.stack(parts, 2))
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Derivatives (R, b C^2, p) of the residuals by the coordinates of the bicycle, at fixed disturbances."""
+        gains = self.gains
+        by_answers = np.einsum("rbqk,rbqpki->rbqpi", self._answers, gains.answered_slopes)
+        torque = -(by_answers + self._torque[..., None, :] * by_answers[..., :1]) / self._loop_gain[..., None, None]
+        change = gains.channel_slopes + gains.channel_slopes[..., :1] * self._torque[..., None, None, :]
+        change = change + gains.channels[..., None, :, :1] * torque[..., None, :]
+        rides, bands, nodes, p, channels, inputs = change.shape
+        white = self.rides.misfit.whiten(change) * self._weighted[..., None, None, :]
+        left = white.transpose(0, 1, 3, 4, 2, 5).reshape(rides, bands, p * channels, nodes * inputs)
+        right = np.moveaxis(self._white, 2, 3).reshape(rides, bands, channels, -1)
+        half = (left @ right.conj().swapaxes(-1, -2)).reshape(rides, bands, p, channels, channels)
+        return self._flat_slopes(half + half.conj().swapaxes(-1, -2))
+
+    def _flat_slopes(self, change: Complex) -> Array:
+        slopes = self.axes.slopes(change)
+        return slopes.reshape(len(slopes), -1, slopes.shape[-1])
+
+
+def common_grid(spectra: Sequence[RideSpectrum]) -> bool:
+    """True if all ``spectra`` are of the same channels in the same bands."""
+    first = spectra[0]
+    return all(
+        ride.channels == first.channels and np.array_equal(ride.frequency, first.frequency) for ride in spectra[1:]
+    )
