@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from bicycle.identification.recording import Run
 from tyre.ground.arrays import Array, Complex
 from tyre.ground.errors import InputError
 
-NARROWEST = 16.0  # averages of a band of low frequency
-RELATIVE_WIDTH = 0.025  # of a band over its frequency; half the width of a resonance of damping ratio 1 %
+NARROWEST = 24.0  # averages of a band of low frequency
+RELATIVE_WIDTH = 0.05  # of a band over its frequency: the width of a resonance of damping ratio 2.5 %
 NODES = 3  # frequencies at which a model is averaged over a band
-FEWEST_BANDS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Bands:
 
 
 def bands_between(lowest: float, highest: float, narrowest: float) -> Bands:
-    """Bands from ``lowest`` to ``highest`` (Hz), each ``narrowest`` (Hz) wide or 2.5 % of its frequency."""
+    """Bands from ``lowest`` to ``highest`` (Hz), each ``narrowest`` (Hz) wide or 5 % of its frequency."""
     middles, widths, edge = [], [], lowest
     while True:
         width = max(narrowest, RELATIVE_WIDTH * edge / (1 - RELATIVE_WIDTH / 2))
@@ -59,7 +59,7 @@ def bands_between(lowest: float, highest: float, narrowest: float) -> Bands:
 
 
 def narrowest_band(durations: Sequence[float]) -> float:
-    """Narrowest band (Hz) that stretches of these ``durations`` (s) show: one taper of a typical one, 16 averages."""
+    """Narrowest band (Hz) that stretches of these ``durations`` (s) show: one taper of a typical one, 24 averages."""
     longest_first = np.sort(durations)[::-1]
     covered = np.cumsum(longest_first) / np.sum(durations)
     typical = longest_first[int(np.argmax(covered >= 0.8 - 1e-9))]
@@ -101,7 +101,7 @@ def ride_spectrum(
         bands.middle,
         np.maximum(bands.middle[:, None] + half[:, None] * points, 1e-3),
         weights / 2,
-        sums / averages[:, None, None],
+        np.asarray(sums / averages[:, None, None]),
         averages,
         float(sum(run.step * len(run.time) for run in stretches)),
     )
@@ -112,7 +112,7 @@ def _without_trend(signal: Array) -> Array:
     return np.asarray(scipy.signal.detrend(signal))
 
 
-def _tapered_products(signals: Array, step: float, middles: Array, tapers: "np.typing.NDArray[np.int_]") -> Complex:
+def _tapered_products(signals: Array, step: float, middles: Array, tapers: NDArray[np.int_]) -> Complex:
     """Sums (b, C, C) over sine tapers of the products of tapered ``signals`` (C, n), one-sided, unit^2/Hz.
 
     The transform of taper k is a difference of two values of that of the signal, padded to twice its length.

@@ -68,7 +68,8 @@ def gain_matrices(
     speeds = np.unique(speed)
     bicycle = MatrixSlopes(family, theta, speeds, slopes)
     system, names = bicycle.system, family.symbolic
-    of_speed, s = np.searchsorted(speeds, speed), 2j * np.pi * hertz
+    of_speed = np.searchsorted(speeds, speed)
+    s: Complex = np.asarray(2j * np.pi * hertz)
     selected_inputs = np.zeros((len(s), len(names.inputs), len(inputs)))
     selected_inputs[:, [names.inputs.index(name) for name in inputs], range(len(inputs))] = 1.0
     declared = [name for name in outputs if name in (*names.outputs, ACCELERATION)]

@@ -23,7 +23,17 @@ from bicycle.model.model import Model
 from bicycle.model.model_file import build_model, read_model
 from bicycle.parameters.bicycle import Bicycle
 from bicycle.stability.named_modes import modes
-from studies.diagnosis import bench, frequency_response, hands, histories, modal, rig_recordings, standing, tyre_tables
+from studies.diagnosis import (
+    bench,
+    frequency_response,
+    hands,
+    histories,
+    modal,
+    ride_spectra,
+    rig_recordings,
+    standing,
+    tyre_tables,
+)
 from studies.diagnosis.candidates import check_known, nuisances
 from studies.diagnosis.modal import EIGENVALUE
 from studies.diagnosis.modal_sd import SD
@@ -40,7 +50,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 # import registers their kinds
-KNOWN = (modal, histories, frequency_response, bench, rig_recordings, standing, hands, tyre_tables)
+KNOWN = (modal, histories, frequency_response, bench, ride_spectra, rig_recordings, standing, hands, tyre_tables)
 MODEL_KEYS = ("bicycle", "effects", WAY_OUT)
 MODEL = "model"
 

@@ -8,8 +8,9 @@ These numbers are a ride's own; nobody states them. They have normal priors, whi
 out of what is fitted.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -25,7 +26,13 @@ ANSWERED = ("lean", "lean_rate", "steer", "steer_rate")
 GAINS = (20.0, 10.0, 20.0, 3.0)  # prior sd of the muscles' gains, N m/rad and N m s/rad
 ARMS = {2: 20.0, 3: 3.0}  # prior sd of the arms' stiffness and damping, N m/rad and N m s/rad, by place in ANSWERED
 MUSCLES, MUSCLES_SPREAD = 2 * np.pi * 2.17, 0.7  # rad/s, prior median of w; sd of its logarithm
+MOTOR = 2 * np.pi * 10.0  # rad/s, prior median of the same lag of a motor that a controller drives
 ZETA = 0.707
+Steering = Literal["rider", "controller", "nobody"]
+RIDER: Steering = "rider"
+CONTROLLER: Steering = "controller"
+NOBODY: Steering = "nobody"
+LARGEST = 60.0  # of a logarithm of a density: a trial far outside its prior
 FOLLOWS = 5e-4  # s; at 15 Hz it lags by 3 degrees
 FLOOR_SPREAD = 1.0  # prior sd of the logarithm of a channel's noise
 
@@ -54,11 +61,12 @@ class SlipVelocities(Effect):
 
 @dataclass(frozen=True, eq=False)
 class Disturbances:
-    """Numbers of a ride that float in each fit, as normal coordinates z (k,), all 0 +- 1."""
+    """Numbers of R rides that float in each fit, as normal coordinates z (R, k), all 0 +- 1."""
 
     inputs: tuple[str, ...]  # the first is the steer torque
     floors: Array  # (C,), usual noise densities of the channels, unit^2/Hz
-    steered: bool = True  # a rider answers the motion
+    steering: Steering = RIDER
+    controller_gains: Array | None = None  # (R, 4), of a controller, N m/rad and N m s/rad; they are known
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -66,8 +74,12 @@ class Disturbances:
         spectra = [f"{name} {what}" for name in self.inputs for what in ("size", "corner", "power")]
         arms = [f"torque of the arms by {ANSWERED[k]}" for k in ARMS]
         muscles = [f"torque of the muscles by {name}" for name in ANSWERED]
-        rider = [*arms, *muscles, "frequency of the muscles"] if self.steered else []
-        return (*spectra, *rider, *(f"noise of channel {k + 1}" for k in range(len(self.floors))))
+        loop = {
+            RIDER: [*arms, *muscles, "frequency of the muscles"],
+            CONTROLLER: ["frequency of the motor"],
+            NOBODY: list[str](),
+        }
+        return (*spectra, *loop[self.steering], *(f"noise of channel {k + 1}" for k in range(len(self.floors))))
 
     @cached_property
     def loop(self) -> slice:
@@ -77,21 +89,27 @@ class Disturbances:
 
     def starts(self) -> Array:
         """Coordinates (starts, k) from which the most probable ones are sought: arms of no, some and much damping."""
-        dampings = (0.0, 0.5, 1.0) if self.steered else (0.0,)
+        ridden = self.steering == RIDER
+        dampings = (0.0, 0.5, 1.0) if ridden else (0.0,)
         starts = np.zeros((len(dampings), len(self.names)))
-        if self.steered:
+        if ridden:
             starts[:, self.names.index("torque of the arms by steer_rate")] = dampings
         return starts
+
+    def of_ride(self, number: int) -> "Disturbances":
+        """Disturbances of one ride."""
+        gains = self.controller_gains
+        return replace(self, controller_gains=None if gains is None else gains[number : number + 1])
 
     def densities(self, z: Array, hertz: Array) -> Array:
         """Densities (R, b, q, inputs) of R rides at coordinates ``z`` (R, k), at ``hertz`` (R, b, q)."""
         logarithm, _ = self._log_densities(z, hertz)
-        return np.asarray(np.exp(logarithm))
+        return np.asarray(np.exp(np.clip(logarithm, -LARGEST, LARGEST)))
 
     def density_slopes(self, z: Array, hertz: Array) -> Array:
         """Derivatives (R, b, q, inputs, 3) of the densities by size, corner and power."""
         logarithm, slopes = self._log_densities(z, hertz)
-        return np.asarray(np.exp(logarithm)[..., None] * slopes)
+        return np.asarray(np.exp(np.clip(logarithm, -LARGEST, LARGEST))[..., None] * slopes)
 
     def _log_densities(self, z: Array, hertz: Array) -> tuple[Array, Array]:
         x = z[:, : 3 * len(self.inputs)].reshape(len(z), 1, 1, -1, 3)
@@ -109,7 +127,7 @@ class Disturbances:
 
     def answers(self, z: Array, s: Complex) -> Complex:
         """Torque (R, b, q, 4) per lean, its rate, steer and its rate, N m/rad and N m s/rad, at ``s`` (R, b, q)."""
-        if not self.steered:
+        if self.steering == NOBODY:
             return np.zeros((*s.shape, len(ANSWERED)), complex)
         return self._answers(z, s)[0]
 
@@ -117,23 +135,25 @@ class Disturbances:
         """Derivatives (R, b, q, 4, loop) of :meth:`answers` by the coordinates of the loop."""
         answers, muscles, by_frequency = self._answers(z, s)
         slopes = np.zeros((*answers.shape, len(z[0, self.loop])), complex)
-        for column, (k, sd) in enumerate(ARMS.items()):
-            slopes[..., k, column] = sd
-        for k, gain in enumerate(GAINS):
-            slopes[..., k, len(ARMS) + k] = gain * muscles
         slopes[..., -1] = by_frequency
+        if self.steering == RIDER:
+            for column, (k, sd) in enumerate(ARMS.items()):
+                slopes[..., k, column] = sd
+            for k, gain in enumerate(GAINS):
+                slopes[..., k, len(ARMS) + k] = gain * muscles
         return slopes
 
     def _answers(self, z: Array, s: Complex) -> tuple[Complex, Complex, Complex]:
         """Torques (R, b, q, 4), the muscles' lag M (R, b, q), and derivatives (R, b, q, 4) by their frequency."""
         x = z[:, self.loop]
-        gains = x[:, len(ARMS) : -1] * GAINS
-        frequency = MUSCLES * np.exp(MUSCLES_SPREAD * x[:, -1])[:, None, None]
+        ridden = self.controller_gains is None
+        gains = x[:, len(ARMS) : -1] * GAINS if self.controller_gains is None else self.controller_gains
+        frequency = (MUSCLES if ridden else MOTOR) * np.exp(MUSCLES_SPREAD * x[:, -1])[:, None, None]
         ratio = s / frequency
         muscles = 1 / (1 + 2 * ZETA * ratio + ratio**2)
         by_frequency = MUSCLES_SPREAD * muscles**2 * (2 * ZETA * ratio + 2 * ratio**2)
         torque = gains[:, None, None] * muscles[..., None]
-        for column, (k, sd) in enumerate(ARMS.items()):
+        for column, (k, sd) in enumerate(ARMS.items() if ridden else ()):
             torque[..., k] += sd * x[:, column, None, None]
         return torque, muscles, gains[:, None, None] * by_frequency[..., None]
 

@@ -8,7 +8,8 @@ the entries of sqrt(v) h(A): they are the residuals. Where the model is right th
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 from scipy.special import digamma
@@ -16,6 +17,7 @@ from scipy.special import digamma
 from tyre.ground.arrays import Array, Complex
 
 NEAR = 1e-4  # of 1: below it series
+FAR = 1e12  # times the measured spectra: a trial bicycle whose spectra are no numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +47,8 @@ class SpectralMisfit:
 
     def residual(self, relative: Complex) -> tuple[Array, "Axes"]:
         """Residuals (R, b, C^2) of model spectra ``relative`` (R, b, C, C), which are A, and axes for derivatives."""
-        values, axes = np.linalg.eigh(relative)
+        finite = np.isfinite(relative).all((-2, -1), keepdims=True)
+        values, axes = np.linalg.eigh(np.where(finite, relative, FAR * np.eye(relative.shape[-1])))
         values = np.maximum(values, 1e-12)
         transformed = (axes * _transform(values)[..., None, :]) @ axes.conj().swapaxes(-1, -2)
         return self.weight[..., None] * _flatten(transformed), Axes(axes, _divided_differences(values), self.weight)
@@ -61,10 +64,29 @@ class Axes:
 
     def slopes(self, change: Complex) -> Array:
         """Derivatives (R, b, C^2, k) of residuals from those of A, ``change`` (R, b, k, C, C), all Hermitian."""
+        return np.asarray(self._map @ _flatten(change).swapaxes(-1, -2))
+
+    @cached_property
+    def _map(self) -> Array:
+        """Derivatives (R, b, C^2, C^2) of residuals by the real numbers of A."""
+        basis = _basis(self.vectors.shape[-1])
         u = self.vectors[:, :, None]
-        inside = self.differences[:, :, None] * (u.conj().swapaxes(-1, -2) @ change @ u)
+        inside = self.differences[:, :, None] * (u.conj().swapaxes(-1, -2) @ basis @ u)
         flat = _flatten(u @ inside @ u.conj().swapaxes(-1, -2))
         return np.asarray(self.weight[..., None, None] * flat.swapaxes(-1, -2))
+
+
+@cache
+def _basis(channels: int) -> Complex:
+    """Hermitian matrices (C^2, C, C) of which :func:`_flatten` makes the rows of a unit matrix."""
+    rows, columns = np.triu_indices(channels, 1)
+    basis = np.zeros((channels**2, channels, channels), complex)
+    basis[range(channels), range(channels), range(channels)] = 1.0
+    for k, (i, j) in enumerate(zip(rows, columns, strict=True)):
+        for place, value in ((channels + k, 1.0), (channels + len(rows) + k, 1j)):
+            basis[place, i, j] = value / np.sqrt(2)
+            basis[place, j, i] = np.conj(value) / np.sqrt(2)
+    return basis
 
 
 def _transform(a: Array) -> Array:
@@ -89,7 +111,12 @@ def _divided_differences(a: Array) -> Array:
 
 def _flatten(matrix: Complex) -> Array:
     """Real numbers (..., C^2) of Hermitian matrices (..., C, C), of the same sum of squares."""
-    rows, columns = np.triu_indices(matrix.shape[-1], 1)
+    rows, columns = _above(matrix.shape[-1])
     above = np.sqrt(2) * matrix[..., rows, columns]
     diagonal = np.diagonal(matrix, axis1=-2, axis2=-1).real
     return np.concatenate([diagonal, above.real, above.imag], -1)
+
+
+@cache
+def _above(channels: int) -> tuple[Any, ...]:
+    return np.triu_indices(channels, 1)

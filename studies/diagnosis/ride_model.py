@@ -1,18 +1,18 @@
 """Spectra of rides from a bicycle's gains: the loop of the rider closed, the disturbances most probable."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from bicycle.identification.ride_spectrum import RideSpectrum
-from studies.diagnosis.ride_disturbances import Disturbances
-from studies.diagnosis.ride_likelihood import Axes, SpectralMisfit
+from studies.diagnosis.ride_disturbances import NOBODY, Disturbances
+from studies.diagnosis.ride_likelihood import SpectralMisfit
 from tyre.ground.arrays import Array, Complex
 
 TURNS = 40  # most steps to the most probable disturbances
-SETTLED = 1e-7  # of the misfit, by which a step still lowers it
+SETTLED = 1e-6  # of the misfit: a step that changes it by less is the last
+STUCK = 1e5  # damping at which no step leads further down
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,24 +51,26 @@ class Rides:
 
     def settle(self, gains: Gains, start: Array) -> Array:
         """Most probable disturbances z (R, k) for these ``gains``, from ``start`` (R, k); Levenberg and Marquardt."""
-        z, damping = start.copy(), np.full(len(start), 1e-3)
+        z, damping = start.copy(), np.full(len(start), 1e-4)
         state = Fitted(self, gains, z)
+        identity = np.eye(z.shape[1])
         for _ in range(TURNS):
             slopes = state.disturbance_slopes
-            normal = slopes.swapaxes(1, 2) @ slopes + np.eye(z.shape[1])
+            normal = slopes.swapaxes(1, 2) @ slopes + identity
             force = (slopes.swapaxes(1, 2) @ state.residual[..., None])[..., 0] + z
-            scaled = normal + damping[:, None, None] * np.eye(z.shape[1]) * np.einsum("rkk->rk", normal)[:, None]
-            trial = z - np.linalg.solve(scaled, force[..., None])[..., 0]
-            tried = Fitted(self, gains, trial)
+            diagonal = np.diagonal(normal, axis1=1, axis2=2)[:, None] * identity
+            step = np.linalg.solve(normal + damping[:, None, None] * diagonal, force[..., None])[..., 0]
+            tried = Fitted(self, gains, z - step)
             gained = state.objective - tried.objective
             better = gained > 0
+            settled = (np.abs(gained) < SETTLED * (1 + state.objective)) | (damping > STUCK)
             damping = np.where(better, damping / 5, damping * 8)
-            largest = np.abs(gained) / (1 + state.objective)
-            if not better.any() and (damping > 1e6).all():
-                break
-            z = np.where(better[:, None], trial, z)
-            state = tried if better.all() else Fitted(self, gains, z)
-            if better.all() and largest.max() < SETTLED:
+            if better.all():
+                z, state = tried.z, tried
+            elif better.any():
+                z = np.where(better[:, None], tried.z, z)
+                state = Fitted(self, gains, z)
+            if settled.all():
                 break
         return z
 
@@ -78,7 +80,7 @@ class Fitted:
 
     def __init__(self, rides: Rides, gains: Gains, z: Array) -> None:
         self.rides, self.gains, self.z = rides, gains, z
-        s = 2j * np.pi * rides.nodes
+        s: Complex = np.asarray(2j * np.pi * rides.nodes)
         loop = rides.disturbances
         self._answers = loop.answers(z, s)
         steered = gains.answered[..., 0]
@@ -111,27 +113,25 @@ class Fitted:
         """Derivatives (R, b C^2, k) of the residuals by the disturbances."""
         rides, loop = self.rides, self.rides.disturbances
         white, weights = self._white, self.rides.weights
-        parts = []
-        slopes = loop.density_slopes(self.z, rides.nodes)
-        for i in range(len(loop.inputs)):
-            column = white[..., i]  # (R, b, q, C)
-            for what in range(3):
-                scaled = (slopes[..., i, what] * weights)[..., None] * column
-                parts.append(np.einsum("rbqc,rbqd->rbcd", scaled, column.conj()))
-        if rides.disturbances.steered:
-            changes = loop.answer_slopes(self.z, 2j * np.pi * rides.nodes)
+        # products of each input's column, weighted by what a number of its spectrum changes
+        columns = white.transpose(0, 1, 4, 3, 2)[:, :, :, None]  # (R, b, i, 1, C, q)
+        changed = loop.density_slopes(self.z, rides.nodes).transpose(0, 1, 3, 4, 2) * weights
+        by_spectra = (columns * changed[..., None, :]) @ columns.conj().swapaxes(-1, -2)
+        parts = [by_spectra.reshape(*by_spectra.shape[:2], -1, *by_spectra.shape[4:])]
+        if rides.disturbances.steering != NOBODY:
+            changes = loop.answer_slopes(self.z, np.asarray(2j * np.pi * rides.nodes))
             steered = rides.misfit.whiten(self.gains.channels[..., :1])[..., 0]
             # the torque on the handlebar changes by -(dg z + T dg z_steer) / (1 + g z_steer)
             answered = self.gains.answered + self.gains.answered[..., :1] * self._torque[..., None, :]
-            torque = -np.einsum("rbqkl,rbqki->rbqil", changes, answered) / self._loop_gain[..., None, None]
-            back = np.einsum("rbqil,rbqi,rbqci->rbqcl", torque, self._weighted, white.conj())
-            half = np.einsum("rbqc,rbqdl->rblcd", steered, back)
-            parts += list(np.moveaxis(half + half.conj().swapaxes(-1, -2), 2, 0))
+            torque = -(changes.swapaxes(-1, -2) @ answered) / self._loop_gain[..., None, None]  # (R, b, q, l, i)
+            scaled = torque * self._weighted[..., None, :]
+            back = scaled @ white.conj().swapaxes(-1, -2)  # (R, b, q, l, C)
+            half = steered.swapaxes(-1, -2)[:, :, None] @ back.swapaxes(2, 3)  # (R, b, l, C, C)
+            parts.append(half + half.conj().swapaxes(-1, -2))
         inverse, floors = rides.misfit.root_inverse, loop.noise(self.z)
-        for c in range(inverse.shape[-1]):
-            column = inverse[..., c]
-            parts.append(2 * floors[:, None, c, None, None] * column[..., :, None] * column.conj()[..., None, :])
-        return self._flat_slopes(np.stack(parts, 2))
+        columns = inverse.swapaxes(-1, -2)[..., None]  # (R, b, C, C, 1): one of R^-1 a channel
+        parts.append(2 * floors[:, None, :, None, None] * columns @ columns.conj().swapaxes(-1, -2))
+        return self._flat_slopes(np.concatenate(parts, 2))
 
     @cached_property
     def slopes(self) -> Array:
@@ -148,14 +148,13 @@ class Fitted:
         half = (left @ right.conj().swapaxes(-1, -2)).reshape(rides, bands, p, channels, channels)
         return self._flat_slopes(half + half.conj().swapaxes(-1, -2))
 
+    def follow(self, change: Array) -> Array:
+        """Change (R, k) of the most probable disturbances with a ``change`` (p,) of the bicycle's coordinates."""
+        columns = self.disturbance_slopes
+        normal = columns.swapaxes(1, 2) @ columns + np.eye(columns.shape[2])
+        moved = (self.slopes @ change)[..., None]
+        return -np.asarray(np.linalg.solve(normal, columns.swapaxes(1, 2) @ moved))[..., 0]
+
     def _flat_slopes(self, change: Complex) -> Array:
         slopes = self.axes.slopes(change)
         return slopes.reshape(len(slopes), -1, slopes.shape[-1])
-
-
-def common_grid(spectra: Sequence[RideSpectrum]) -> bool:
-    """True if all ``spectra`` are of the same channels in the same bands."""
-    first = spectra[0]
-    return all(
-        ride.channels == first.channels and np.array_equal(ride.frequency, first.frequency) for ride in spectra[1:]
-    )

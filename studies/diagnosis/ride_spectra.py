@@ -4,20 +4,18 @@ Auto and cross spectra of the recorded channels are compared with those of the m
 forces and by a rider who steers; :mod:`studies.diagnosis.ride_likelihood` says how far they are.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
 from bicycle.identification.recording import CHANNELS, STEER_TORQUE, Run
-from bicycle.identification.ride_spectrum import RideSpectrum, bands_between, narrowest_band, ride_spectrum
-from bicycle.identification.scatter import about_one_speed
-from studies.diagnosis.bicycle_kind import SPEED_AXIS, BicycleKind
+from studies.diagnosis.bicycle_kind import BicycleKind, without_motors
 from studies.diagnosis.candidates import nobody_rides
-from studies.diagnosis.doubts import SPEEDS
 from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.harmonic_response import gain_matrices
 from studies.diagnosis.mistakes import (
@@ -32,21 +30,32 @@ from studies.diagnosis.mistakes import (
     speed_errors,
     turn_axes,
 )
-from studies.diagnosis.ride_disturbances import ANSWERED, SIZES, Disturbances, YawMoment
+from studies.diagnosis.ride_disturbances import ANSWERED, CONTROLLER, NOBODY, RIDER, YawMoment
 from studies.diagnosis.ride_model import Fitted, Gains, Rides
-from studies.diagnosis.whitening import Marginal, integrate_starts_out, rough_noise
+from studies.diagnosis.ride_reading import TABLE, read_rides
+from studies.diagnosis.whitening import Marginal, integrate_starts_out
 from studies.inference.evidence import folds
-from studies.inference.fit import Fit
 from studies.inference.kind import Candidates, Prediction, Rows, Series
 from studies.inference.last_answer import LastAnswer
 from studies.inference.parameter import Candidate
 from tyre.ground.arrays import Array, Complex
 
-LOWEST_HZ, HIGHEST_HZ = 0.2, 15.0
 SENSORS = {
     "roll_rate_rad_s": "roll_rate", "yaw_rate_rad_s": "yaw_rate", "steer_rate_rad_s": "steer_rate",
-    "steer_rad": "steer", "lean_rad": "lean",
+    "steer_rad": "steer", "lean_rad": "lean", STEER_TORQUE: "steer_torque",
 }  # fmt: skip
+
+
+def _with_first_input(gains: Complex) -> Complex:
+    """Gains (m, C, i) with a further channel that shows the first input."""
+    row = np.zeros((len(gains), 1, gains.shape[2]), complex)
+    row[..., 0] = 1.0
+    return np.concatenate([gains, row], 1)
+
+
+def _with_nothing(slopes: Complex) -> Complex:
+    """Derivatives (m, p, C, i) of gains with a further channel that does not depend on the bicycle."""
+    return np.concatenate([slopes, np.zeros_like(slopes[:, :, :1])], 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +71,26 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     """Spectra of rides at one speed or more."""
 
     thorough = False
-    columns: ClassVar[tuple[str, ...]] = ("time_s", *CHANNELS)
+    keys: ClassVar[Any] = TABLE
+    columns: ClassVar[tuple[str, ...]] = ("time_s", *CHANNELS, STEER_TORQUE)
     rides: Rides
     segments: tuple[tuple[Run, ...], ...] = ()  # of each ride: stretches at steady speed, from which its spectra are
+
+    left_out: tuple[str, ...] = ()  # sentences: parts of the recordings that are not used, and why
+
+    @classmethod
+    def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "RideSpectra":
+        found = read_rides(content, folder, ridden=not nobody_rides(common["model"]))
+        if found.rides.disturbances.controller_gains is not None or STEER_TORQUE in found.rides.spectra[0].channels:
+            common, motor_notes = without_motors(content, common)
+            found = replace(found, notes=(*found.notes, *motor_notes))
+        return cls(
+            **common,
+            rides=found.rides,
+            segments=found.segments,
+            left_out=found.left_out,
+            notes=(*found.notes, *found.left_out),
+        )
 
     # ---- candidates ----
 
@@ -81,8 +107,10 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
 
     def assumptions(self) -> tuple[str, ...]:
         inputs = ", ".join(name.replace("_", " ") for name in self.rides.disturbances.inputs)
-        rider = "a rider who steers, " if self.rides.disturbances.steered else ""
-        return (f"{rider}and {inputs} of unknown size move the bicycle, each with a smooth spectrum of its own",)
+        who = {RIDER: "a rider who steers, ", CONTROLLER: "a controller, ", NOBODY: ""}[
+            self.rides.disturbances.steering
+        ]
+        return (f"{who}{inputs} of unknown size move the bicycle, each with a smooth spectrum of its own",)
 
     # ---- physics ----
 
@@ -135,17 +163,19 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         nodes = self.rides.nodes
         shape = nodes.shape
         family = self.family(candidates)
-        signals = [CHANNELS[name] for name in self.channels]
-        outputs = list(dict.fromkeys([*signals, *ANSWERED, "lean_rate", "yaw_rate"]))
+        signals = [CHANNELS[name] for name in self.channels if name != STEER_TORQUE]
+        outputs = list(dict.fromkeys([*signals, *ANSWERED]))
         speed = np.broadcast_to(self.speeds[:, None, None], shape).ravel()
         values, slope = gain_matrices(
             family, theta, speed, nodes.ravel(), list(self.rides.disturbances.inputs), outputs, slopes=slopes
         )
         shown = [outputs.index(name) for name in signals]
         answered = [outputs.index(name) for name in ANSWERED]
-        channels, channel_slopes = self._as_shown(
-            family, theta, 2j * np.pi * nodes.ravel(), values[:, shown], slope[:, :, shown]
-        )
+        motion, motion_slopes = values[:, shown], slope[:, :, shown]
+        if STEER_TORQUE in self.channels:  # the last channel: the torque itself, the first input
+            motion, motion_slopes = _with_first_input(motion), _with_nothing(motion_slopes)
+        s: Complex = np.asarray(2j * np.pi * nodes.ravel())
+        channels, channel_slopes = self._as_shown(family, theta, s, motion, motion_slopes)
         return Gains(
             channels.reshape(*shape, *channels.shape[1:]),
             values[:, answered].reshape(*shape, len(answered), -1),
@@ -156,7 +186,7 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     def _as_shown(
         self, family: Family, theta: Array, s: Complex, values: Complex, slope: Complex
     ) -> tuple[Complex, Complex]:
-        """Gains (m, C, i) and slopes (m, p, C, i) as turned boxes, gains, delays and low-passes of sensors show them."""
+        """Gains (m, C, i) and slopes (m, p, C, i) as boxes that are turned and other sensors show them."""
         errors = family.coordinates(theta)
         inputs = values.shape[2]
         if ROTATION[1] in errors:
@@ -197,19 +227,37 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     def settle(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Settled:
         """Most probable disturbances at ``theta`` (p,), and residuals with the disturbances integrated out."""
 
+        names = tuple(c.identifier for c in candidates)
+
         def settle() -> Settled:
             gains = self.gains(candidates, theta)
-            z = self.rides.settle(gains, self._first)
+            z = self.rides.settle(gains, self._start(gains, names, theta))
             fitted = Fitted(self.rides, gains, z)
+            self._latest.append((names, theta, fitted))
             columns = fitted.disturbance_slopes
             linear = fitted.residual - np.einsum("rnk,rk->rn", columns, z)
             return Settled(fitted, integrate_starts_out(columns, linear[..., None]))
 
-        return self._last_settled.get((tuple(c.identifier for c in candidates), theta.tobytes()), settle)
+        return self._last_settled.get((names, theta.tobytes()), settle)
 
     @cached_property
     def _last_settled(self) -> LastAnswer[Settled]:
         return LastAnswer()
+
+    def _start(self, gains: Gains, names: tuple[str, ...], theta: Array) -> Array:
+        """Disturbances (R, k) to begin with: those of the base model or as the latest ones lead on, as fits better."""
+        if not self._latest:
+            return self._first
+        latest_names, latest_theta, latest = self._latest[0]
+        led = latest.z
+        if latest_names == names:
+            led = led + latest.follow(theta - latest_theta)
+        objectives = [Fitted(self.rides, gains, z).objective for z in (self._first, led)]
+        return np.where((objectives[1] < objectives[0])[:, None], led, self._first)
+
+    @cached_property
+    def _latest(self) -> "deque[tuple[tuple[str, ...], Array, Fitted]]":
+        return deque(maxlen=1)
 
     @cached_property
     def _first(self) -> Array:

@@ -7,13 +7,12 @@ ends of a ride. The numbers of bicycle, tyres, rider and disturbances are those 
 uncertainty moves G, and that moves the estimate.
 """
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
+import scipy
 
-from bicycle.identification.recording import CHANNELS, Run
+from bicycle.identification.recording import CHANNELS
 from studies.diagnosis.family import Family
 from studies.diagnosis.harmonic_response import gain_matrices
 from studies.diagnosis.ride_disturbances import ANSWERED, Disturbances, SlipVelocities
@@ -54,16 +53,17 @@ class Smoother:
         """Estimates (X, n) from ``signals`` (C, n), sampled every ``step`` (s), and their sd (X, n)."""
         n = signals.shape[1]
         padded = n + round(2 * END / step)
-        hertz = np.fft.rfftfreq(padded, step)
+        hertz: Array = np.asarray(np.fft.rfftfreq(padded, step), float)
         transform = np.fft.rfft(signals - signals.mean(1, keepdims=True), padded)
-        used = hertz <= self.hertz[-1]
-        estimate = self._filtered(self.gain, transform, hertz, used, padded)[:, :n]
-        variance = np.repeat(np.trapezoid(self.error, self.hertz, axis=0)[:, None], n, 1)
+        estimate = self._filtered(self.gain, transform, hertz, padded)[:, :n]
+        variance: Array = np.repeat(scipy.integrate.trapezoid(self.error, self.hertz, axis=0)[:, None], n, 1)
         for axis in range(self.shifts.shape[1]):
-            variance += self._filtered(self.shifts[:, axis], transform, hertz, used, padded)[:, :n] ** 2
+            shift = self._filtered(self.shifts[:, axis], transform, hertz, padded)[:, :n]
+            variance += shift**2
         return estimate, np.sqrt(variance)
 
-    def _filtered(self, gain: Complex, transform: Complex, hertz: Array, used: Array, length: int) -> Array:
+    def _filtered(self, gain: Complex, transform: Complex, hertz: Array, length: int) -> Array:
+        used = hertz <= self.hertz[-1]
         result = np.zeros((gain.shape[1], len(hertz)), complex)
         for x in range(gain.shape[1]):
             for c in range(gain.shape[2]):
@@ -87,7 +87,7 @@ class _Closed:
         """S_xx (f, X, X), S_xy (f, X, C) and S_yy (f, C, C) at disturbances ``z`` (k,)."""
         at = z[None]
         nodes = self.hertz[None, :, None]
-        answers = self.disturbances.answers(at, 2j * np.pi * nodes)[0, :, 0]
+        answers = self.disturbances.answers(at, np.asarray(2j * np.pi * nodes))[0, :, 0]
         torque = -np.einsum("fk,fki->fi", answers, self.answered)
         torque /= (1 + np.einsum("fk,fk->f", answers, self.answered[..., 0]))[:, None]
         y = self.channels + self.channels[..., :1] * torque[:, None]
@@ -122,13 +122,15 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
 
     def closed(theta: Array) -> _Closed:
         values, _ = gain_matrices(family, theta, speed, hertz, inputs, outputs, slopes=False)
-        parts = [[outputs.index(name) for name in names] for names in (signals, ANSWERED, WANTED)]
-        return _Closed(*(values[:, part] for part in parts), kind.rides.disturbances, hertz)
+        channels, answered, wanted = (
+            values[:, [outputs.index(name) for name in names]] for names in (signals, ANSWERED, WANTED)
+        )
+        return _Closed(channels, answered, wanted, kind.rides.disturbances.of_ride(ride), hertz)
 
     settled = kind.settle(final.candidates, final.theta)
     z = settled.fitted.z[ride]
     here = closed(final.theta)
-    wanted, across, recorded = here.spectra(z)
+    wanted, across, _ = here.spectra(z)
     gain = here.gain(z)
     error = np.diagonal(wanted, axis1=1, axis2=2).real - np.einsum("fxc,fxc->fx", gain, across.conj()).real
     shifts = [
@@ -149,8 +151,8 @@ def _axes(fitted: Fitted, final: Fit, ride: int) -> list[tuple[Array, Array]]:
     precision = columns.T @ columns + np.eye(columns.shape[1])
     follow = -np.linalg.solve(precision, columns.T @ fitted.slopes[ride])
     size, direction = np.linalg.eigh(final.covariance)
-    kept = size > 1e-9 * size.max() * 0
-    axes = [(d * np.sqrt(max(s, 0.0)), follow @ d * np.sqrt(max(s, 0.0))) for s, d in zip(size[kept], direction.T[kept])]
+    scaled = direction.T * np.sqrt(np.maximum(size, 0.0))[:, None]
+    axes = [(axis, follow @ axis) for axis in scaled]
     spread = np.linalg.cholesky(np.linalg.inv(precision))
     nothing = np.zeros(len(final.theta))
     return axes + [(nothing, column) for column in spread.T]
@@ -166,10 +168,7 @@ def ride_forces(kind: RideSpectra, final: Fit) -> tuple[SegmentForces, ...]:
             value, sd = smoother.apply(signals, run.step)
             kept = (run.time >= run.time[0] + END) & (run.time <= run.time[-1] - END)
             speed = kind.rides.spectra[ride].speed
-            estimates.append(
-                SegmentForces(
-                    run.name, speed, run.time[kept], value[:2, kept], sd[:2, kept],
-                    -value[2:, kept] / speed, sd[2:, kept] / speed,
-                )  # fmt: skip
-            )
+            force, force_sd = value[:2, kept], sd[:2, kept]
+            slip, slip_sd = -value[2:, kept] / speed, sd[2:, kept] / speed
+            estimates.append(SegmentForces(run.name, speed, run.time[kept], force, force_sd, slip, slip_sd))
     return tuple(estimates)

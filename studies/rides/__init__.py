@@ -1,0 +1,8 @@
+"""Ordinary rides: what moved the bicycle, and what its tyres did."""
+
+from tyre.ground.door import room
+
+HOME = {"forces": ("SegmentForces", "ride_forces")}
+"""Module -> the names that it gives to other rooms; each is imported when it is first used."""
+
+__getattr__, __dir__ = room(__name__, HOME)
