@@ -29,7 +29,7 @@ class RideSpectrum:
     name: str
     speed: float  # m/s
     channels: tuple[str, ...]  # (C,)
-    frequency: Array  # (b,), Hz, the middle of each band
+    hertz: Array  # (b,), Hz, the middle of each band
     nodes: Array  # (b, q), Hz, frequencies over which a model is averaged
     weights: Array  # (q,), of the nodes; their sum is 1
     values: Complex  # (b, C, C), product of the channels' units per Hz

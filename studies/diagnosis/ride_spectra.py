@@ -147,14 +147,14 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         entries += [f"{pair}, {part}" for part in ("real", "imaginary") for pair in pairs]
         places, series, abscissa, group, repeat = [], [], [], [], []
         for ride in self.rides.spectra:
-            for band, hertz in enumerate(ride.frequency):
+            for band, hertz in enumerate(ride.hertz):
                 places += [f"{entry}, {ride.speed:.3g} m/s, {hertz:.3g} Hz" for entry in entries]
                 series += [f"{ride.name} {entry}" for entry in entries]
                 abscissa += [hertz] * len(entries)
                 group += [f"{ride.speed:.4g}"] * len(entries)
-                repeat += [f"{6 * band // len(ride.frequency)}"] * len(entries)
+                repeat += [f"{6 * band // len(ride.hertz)}"] * len(entries)
         displays = {f"{ride.name} {entry}": Series(entry) for ride in self.rides.spectra for entry in entries}
-        speeds = np.repeat(self.speeds, len(self.rides.spectra[0].frequency) * len(entries))
+        speeds = np.repeat(self.speeds, len(self.rides.spectra[0].hertz) * len(entries))
         fold = folds(group, speeds, repeat)
         return Rows(tuple(places), np.array(abscissa), tuple(series), fold, displays=displays, axis="frequency, Hz")
 

@@ -112,7 +112,7 @@ def _grid(highest: float, step: float) -> Array:
 def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smoother:
     """Smoother of the ride with number ``ride``, sampled every ``step`` (s), from the ``final`` fit of its spectra."""
     spectrum = kind.rides.spectra[ride]
-    hertz = _grid(float(spectrum.frequency[-1]), step)
+    hertz = _grid(float(spectrum.hertz[-1]), step)
     base = kind.family(final.candidates)
     family = Family(base.base.with_effect(SlipVelocities()), base.nuisances, base.candidates, base.settings)
     signals = [CHANNELS[name] for name in kind.channels]
