@@ -287,6 +287,6 @@ def _notes(readings: Readings) -> Iterator[str]:
             f"the vibration does not decay exponentially: damping ratio {change.early:.2g} until it has halved, "
             f"{change.late:.2g} after; dry friction does so, or a joint that rubs"
         )
-        yield "the standard uncertainty of the damping spans both damping ratios"
+        yield "the standard uncertainty of the damping contains half the difference of the two damping ratios"
     if readings.pairs:
         yield f"two sensors are taken to agree within {100 * errors.gain:.2g} % (gain_sd_percent)"

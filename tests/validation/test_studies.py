@@ -33,6 +33,7 @@ TINY = {
 SLOW = {"benchmark", "credit", "damaged-inputs", "every-bicycle", "field-cases", "foreign-rig", "free-decays"}
 SLOW |= {"joint-diagnosis", "readings", "unmodelled-torque", "search-optimum", "sensitivity-mpmath", "sensor-faults"}
 SLOW |= {"hostile-values", "independent-derivation", "ridden", "ride-spectra", "sweep-scale", "under-a-rider"}
+SLOW |= {"standing-friction"}
 SLOW |= {"what-riders-report"}  # its own test is test_what_riders_report
 
 
