@@ -78,7 +78,7 @@ class Hands:
 def read_ring_downs(path: Path) -> tuple[RingDown, ...]:
     """Read a table of ring-downs: grip, spring_N_m_per_rad, frequency_Hz, damping_ratio, each with its sd.
 
-    A column amplitude_deg may stand beside them.
+    A column amplitude_deg is optional.
 
     Raises
     ------
@@ -130,7 +130,8 @@ def predict_ring_downs(
         Parameters of bicycle and effects (k,), SI; perhaps errors of springs, and :data:`DRY`, the dry friction (N m).
 
     A dry friction T takes 4 T / (pi omega A) as its damping, with the logarithmic mean A of first and last amplitude:
-    so long as T is small beside the spring, this is exact for friction alone, whose amplitude falls in a straight line.
+    so long as T is small compared with the moment of the spring, this is exact for friction alone, whose amplitude
+    falls in a straight line.
     """
     frame = held_equations(tuple(sorted(effects, key=lambda effect: effect.identifier)))
     free = [k for k, name in enumerate(frame.coordinates) if name not in FRAME]

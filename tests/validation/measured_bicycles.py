@@ -229,11 +229,10 @@ def run(*, out: Path, seed: int, bicycles: int = 30, many: int = MANY, workers: 
             definite = [row[hands] for row in rows if row[hands][when] in ("yes", "no")]
             right = sum((row[when] == "yes") == row["truth"] for row in definite)
             counts[f"hands {hands}, {when}"] = {"definite": len(definite), "right": right, "of": len(rows)}
-    return {
-        "counts": counts,
-        "indefinite": summary([row["apart"] for row in rows if "apart" in row], many),
-        "rows": rows,
-    }
+    indefinite = summary([row["apart"] for row in rows if "apart" in row], many)
+    for row in rows:
+        row.get("apart", {}).pop("known", None)  # counted in the summary
+    return {"counts": counts, "indefinite": indefinite, "rows": rows}
 
 
 def summary(apart: list[dict[str, Any]], many: int) -> dict[str, Any]:
