@@ -103,13 +103,19 @@ def segment_rows(ride: Ride) -> list[dict[str, str | float]]:
 
 
 def read_ride(
-    path: Path, speed: float | None = None, *, channel_map: ChannelMap | None = None, group: str = ""
+    path: Path,
+    speed: float | None = None,
+    *,
+    channel_map: ChannelMap | None = None,
+    group: str = "",
+    keep_turns: bool = False,
 ) -> Ride:
     """Read a ride and choose its segments of steady speed.
 
     A segment is the longest interval in which the speed, averaged over 1 s, stays within 3 % or 0.15 m/s of its
     middle, whichever is more; the next one is chosen in what remains. Its length is 20 s or more, 4 s where the
-    file has pieces or windows. Turns and standing still are left out. A gap of more than 1.5 usual steps ends it.
+    file has pieces or windows. Standing still is left out, and so are turns unless ``keep_turns``. A gap of more than
+    1.5 usual steps ends it.
 
     ``path`` is a CSV with ``time_s``, motions and torques as of a run, and, if recorded, ``speed_m_s`` or
     ``speed_km_h`` and ``piece``, whole numbers: where they change, time may restart. With a ``channel_map`` it is
@@ -127,7 +133,7 @@ def read_ride(
     shortest = SHORTEST_OF_PIECES if any(whole.piece for whole in wholes) else SHORTEST
     if speed is None and wholes[0].speed is None:
         raise InputError(f"{path}: no speed was recorded; add a column {SPEED}, or give the speed of the ride")
-    choices, left_out, gaps = _choose(wholes, shortest)
+    choices, left_out, gaps = _choose(wholes, shortest, keep_turns=keep_turns)
     if not choices:
         raise InputError(_nothing_steady(path, left_out, shortest, gaps))
     ends = [f"#{place}" for place in range(1, len(choices) + 1)] if len(choices) > 1 else [""]
@@ -290,7 +296,7 @@ def _cut_at_gaps(piece: _Stretch) -> list[_Stretch]:
 
 
 def _choose(
-    wholes: Sequence[_Stretch], shortest: float
+    wholes: Sequence[_Stretch], shortest: float, *, keep_turns: bool
 ) -> tuple[list[_Stretch], list[LeftOut], list[tuple[float, float]]]:
     """Choose the segments, each of ``shortest`` s or more; also what is left out, and the gaps in time, s."""
     choices: list[_Stretch] = []
@@ -301,14 +307,14 @@ def _choose(
         stretches = [stretch for part in complete for stretch in _cut_at_gaps(part)]
         gaps += _gaps(stretches)
         for stretch in stretches:
-            segments, remainders = _choose_segments(stretch, shortest)
+            segments, remainders = _choose_segments(stretch, shortest, keep_turns=keep_turns)
             choices += segments
             unused += remainders
         left_out += sorted(unused, key=lambda part: part.first_s)
     return choices, left_out, gaps
 
 
-def _choose_segments(stretch: _Stretch, shortest: float) -> tuple[list[_Stretch], list[LeftOut]]:
+def _choose_segments(stretch: _Stretch, shortest: float, *, keep_turns: bool) -> tuple[list[_Stretch], list[LeftOut]]:
     """Choose the steady segments, each of ``shortest`` s or more, of a stretch at even times."""
     if stretch.time.size < FEWEST:
         return [], [stretch.left_out("short", float(np.ptp(stretch.time)), shortest)]
@@ -318,7 +324,7 @@ def _choose_segments(stretch: _Stretch, shortest: float) -> tuple[list[_Stretch]
     labels = np.full(stretch.time.size, "")
     yaw_rate = stretch.record.values.get("yaw_rate")
     turning = np.zeros(stretch.time.size)
-    if yaw_rate is not None:
+    if yaw_rate is not None and not keep_turns:
         turning = np.abs(_average(yaw_rate, round(TURN_MEAN / step)))
         labels = np.where(turning > TURN, "turn", labels)
     if stretch.smooth is not None:

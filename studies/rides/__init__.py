@@ -2,7 +2,10 @@
 
 from tyre.ground.door import room
 
-HOME = {"forces": ("SegmentForces", "ride_forces")}
+HOME = {
+    "forces": ("Record", "SegmentForces", "segment_forces"),
+    "estimate": ("LINEAR_SHARE", "RideForces", "ride_forces"),
+}
 """Module -> the names that it gives to other rooms; each is imported when it is first used."""
 
 __getattr__, __dir__ = room(__name__, HOME)

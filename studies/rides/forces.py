@@ -1,16 +1,19 @@
 """Tyre forces and slip angles of an ordinary ride, with bands that carry noise, tyre and bicycle.
 
 The recorded motion y and the forces x of the tyres answer the same unknown torques and forces, whose spectra the ride
-itself shows. The best linear estimate of x is G y with G = S_xy S_yy^-1 (Wiener 1949), where S_yy has the noise of the
-sensors too; its error has the spectrum S_xx - G S_yx. It is what a Kalman filter with its smoother gives away from the
-ends of a ride. The numbers of bicycle, tyres, rider and disturbances are those that fit the spectra; their remaining
-uncertainty moves G, and that moves the estimate.
+itself shows. The best linear estimate of x from a record without ends is G y with G = S_xy S_yy^-1 (Wiener 1949), where
+S_yy has the noise of the sensors too; its error has the spectrum S_xx - G S_yx. Here the inverse of the covariance of
+all samples of a segment takes the place of S_yy^-1, so that the estimate is what a Kalman filter with its smoother
+gives, at the ends too; offsets of the sensors are estimated along. The numbers of bicycle, tyres, rider and
+disturbances are those that fit the spectra; their remaining uncertainty moves G, and that moves the estimate.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from bicycle.identification.recording import CHANNELS
 from studies.diagnosis.family import Family
@@ -23,13 +26,17 @@ from tyre.ground.arrays import Array, Complex
 
 WANTED = ("rear_lateral_force", "front_lateral_force", "rear_slip_velocity", "front_slip_velocity")
 FASTEST_HZ = 25.0  # forces that change faster are not followed
+SLOWEST_HZ, RATIO = 5e-4, 1.1  # lowest frequency of G; below 0.2 Hz, where G falls as 1/f, each is 10 % above the last
 FINE_HZ, COARSE_HZ = 0.02, 0.25  # steps of the frequencies of G, below and above the highest of the spectra
-END = 2.0  # s at either end of a segment, where what came before or after is missing
+BEYOND = 80.0  # s of unknown motion in the circle that closes a record
+SHORT, FROM_END = 40.0, (0.0, 0.5, 2.0, 6.0)
+"""s: length of a record on which the variance near its ends is found, and distances from an end."""
+SOLVED, ROUGHLY, STEPS = 1e-3, 1e-2, 200  # relative errors of a solution, of one for a variance; most steps to it
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentForces:
-    """Estimates along one segment of a ride, about their mean; lateral forces to the right, x forward and z down."""
+    """Estimates along one segment of a ride; lateral forces to the right, x forward and z down."""
 
     name: str
     speed: float  # m/s
@@ -42,35 +49,129 @@ class SegmentForces:
 
 @dataclass(frozen=True, eq=False)
 class Smoother:
-    """Gain G from the recorded channels (C,) to the wanted signals (X,) of one ride, on a grid of frequencies."""
+    """Spectra of recorded channels (C,) and wanted signals (X,) of one ride at frequencies (f,), one-sided, per Hz."""
 
     hertz: Array  # (f,)
-    gain: Complex  # (f, X, C)
-    error: Array  # (f, X), spectra of the error, one-sided
+    recorded: Complex  # (f, C, C), S_yy
+    across: Complex  # (f, X, C), S_xy
+    wanted: Array  # (f, X), diagonal of S_xx
+    error: Array  # (f, X), of the estimate, far from the ends
     shifts: Complex  # (f, axes, X, C), change of G by 1 sd along each axis of what is uncertain
 
     def apply(self, signals: Array, step: float) -> tuple[Array, Array]:
         """Estimates (X, n) from ``signals`` (C, n), sampled every ``step`` (s), and their sd (X, n)."""
-        n = signals.shape[1]
-        padded = n + round(2 * END / step)
-        hertz: Array = np.asarray(np.fft.rfftfreq(padded, step), float)
-        transform = np.fft.rfft(signals - signals.mean(1, keepdims=True), padded)
-        estimate = self._filtered(self.gain, transform, hertz, padded)[:, :n]
-        variance: Array = np.repeat(scipy.integrate.trapezoid(self.error, self.hertz, axis=0)[:, None], n, 1)
+        channels, n = signals.shape
+        record = Record(self.hertz, self.recorded, n, step)
+        across = record.at_bins(self.across)
+        # an offset of each sensor is estimated too: nothing is known of it
+        columns = np.eye(channels)[:, :, None] * np.ones(n)
+        solved = record.solve(np.concatenate([signals[None], columns]))
+        between = solved[1:].sum(2)
+        offsets = np.linalg.solve(between.T, solved[0].sum(1))
+        weights = solved[0] - np.einsum("k,kcn->cn", offsets, solved[1:])
+        estimate = record.filtered(across, weights)
+        by_offset = np.stack([record.filtered(across, column) for column in solved[1:]])
+        spread = np.linalg.inv(between) / (2 * step)
+        variance = np.einsum("kxn,kl,lxn->xn", by_offset, spread, by_offset)
+        variance += self._noise_variance(n, step)
+        continued = record.continued(weights)
         for axis in range(self.shifts.shape[1]):
-            shift = self._filtered(self.shifts[:, axis], transform, hertz, padded)[:, :n]
-            variance += shift**2
+            variance += record.filtered(record.at_bins(self.shifts[:, axis]), continued) ** 2
         return estimate, np.sqrt(variance)
 
-    def _filtered(self, gain: Complex, transform: Complex, hertz: Array, length: int) -> Array:
-        used = hertz <= self.hertz[-1]
-        result = np.zeros((gain.shape[1], len(hertz)), complex)
+    def _noise_variance(self, n: int, step: float) -> Array:
+        """Variance (X, n) that the noise and the inputs leave; near the ends more, for there is nothing beyond."""
+        inside = scipy.integrate.trapezoid(self.error, self.hertz, axis=0)
+        short = Record(self.hertz, self.recorded, min(n, round(SHORT / step)), step)
+        places = np.unique(np.minimum(np.round(np.array(FROM_END) / step).astype(int), short.n // 2))
+        both = np.concatenate([places, short.n - 1 - places, [short.n // 2]])
+        left = self._variance_at(short, both)
+        more = np.maximum(left[:, :-1] - left[:, -1:], 0.0)
+        from_start, from_end = np.arange(n), np.arange(n)[::-1]
+        return np.stack(
+            [
+                inside[x]
+                + np.interp(from_start, places, more[x, : len(places)])
+                + np.interp(from_end, places, more[x, len(places) :])
+                for x in range(len(inside))
+            ]
+        )
+
+    def _variance_at(self, record: "Record", places: NDArray[np.int_]) -> Array:
+        """Variance (X, places) that a record leaves at some samples: S_xx less k' A^-1 k, k the covariances with it."""
+        across = record.at_bins(self.across)
+        turns = np.exp(-2j * np.pi * np.outer(places, np.arange(len(across))) / record.length)
+        left = []
+        for x in range(across.shape[1]):
+            lagged = np.einsum("fc,pf->pcf", across[:, x].conj(), turns)
+            columns = scipy.fft.irfft(lagged, record.length)[..., : record.n]
+            seen = (columns * record.solve(columns, ROUGHLY)).sum((1, 2)) / (2 * record.step)
+            left.append(scipy.integrate.trapezoid(self.wanted[:, x], self.hertz) - seen)
+        return np.array(left)
+
+
+class Record:
+    """Samples (C, n) of channels with known spectra, in a circle of time that is longer: what lies beyond is unknown.
+
+    Their covariance A is a part of that of the circle, whose inverse is known at each frequency; conjugate gradients
+    with the same part of that inverse solve A x = y in some tens of steps (Chan & Ng 1996, SIAM Review 38, 427-482).
+    """
+
+    def __init__(self, hertz: Array, spectra: Complex, n: int, step: float) -> None:
+        self.n, self.step = n, step
+        self.length = int(scipy.fft.next_fast_len(n + round(BEYOND / step), real=True))
+        self._hertz, self._bins = hertz, np.asarray(np.fft.rfftfreq(self.length, step), float)
+        self._spectra = self.at_bins(spectra, beyond=True)
+        self._inverse = np.asarray(np.linalg.inv(self._spectra), complex)
+
+    def at_bins(self, values: Complex, *, beyond: bool = False) -> Complex:
+        """Interpolate ``values`` (f, ...) to the frequencies of the circle; 0 above the last unless ``beyond``."""
+        flat = values.reshape(len(values), -1)
+        columns = [
+            np.interp(self._bins, self._hertz, column.real) + 1j * np.interp(self._bins, self._hertz, column.imag)
+            for column in flat.T
+        ]
+        found = np.stack(columns)
+        if not beyond:
+            found[:, self._bins > self._hertz[-1]] = 0
+        return np.moveaxis(found.reshape(*values.shape[1:], -1), -1, 0)
+
+    def filtered(self, gain: NDArray[Any], signals: Array) -> Array:
+        """Answers (..., X, n) of a ``gain`` (bins, X, C) to signals (..., C, n) that are 0 beyond."""
+        transform = scipy.fft.rfft(signals, self.length)
+        answers = np.zeros((*signals.shape[:-2], gain.shape[1], gain.shape[0]), complex)
         for x in range(gain.shape[1]):
-            for c in range(gain.shape[2]):
-                at = np.interp(hertz[used], self.hertz, gain[:, x, c].real).astype(complex)
-                at += 1j * np.interp(hertz[used], self.hertz, gain[:, x, c].imag)
-                result[x, used] += at * transform[c, used]
-        return np.asarray(np.fft.irfft(result, length, axis=1))
+            for c in range(
+                gain.shape[2]
+            ):  # by columns: a product of matrices for each frequency takes four times longer
+                answers[..., x, :] += gain[:, x, c] * transform[..., c, :]
+        return np.asarray(scipy.fft.irfft(answers, self.length))[..., : self.n]
+
+    def continued(self, weights: Array) -> Array:
+        """The whole circle (C, length) as it is most probable, from ``weights`` A^-1 y (C, n)."""
+        transform = scipy.fft.rfft(weights, self.length)
+        whole = np.einsum("fdc,cf->df", self._spectra, transform)
+        return np.asarray(scipy.fft.irfft(whole, self.length))
+
+    def solve(self, right: Array, accuracy: float = SOLVED) -> Array:
+        """Solve A x = ``right`` (k, C, n) for x (k, C, n)."""
+        x = self.filtered(self._inverse, right)
+        size = (right * x).sum((1, 2))
+        left = right - self.filtered(self._spectra, x)
+        direction = steered = self.filtered(self._inverse, left)
+        fall = (left * steered).sum((1, 2))
+        for _ in range(STEPS):
+            if (fall <= accuracy**2 * size).all():
+                break
+            moved = self.filtered(self._spectra, direction)
+            along = fall / np.maximum((direction * moved).sum((1, 2)), np.finfo(float).tiny)
+            x = x + along[:, None, None] * direction
+            left = left - along[:, None, None] * moved
+            steered = self.filtered(self._inverse, left)
+            latest = (left * steered).sum((1, 2))
+            direction = steered + (latest / np.maximum(fall, np.finfo(float).tiny))[:, None, None] * direction
+            fall = latest
+        return x
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +206,9 @@ class _Closed:
 
 def _grid(highest: float, step: float) -> Array:
     end = min(FASTEST_HZ, 0.5 / step)
-    fine = np.arange(0.01, min(highest, end), FINE_HZ)
-    return np.concatenate([fine, np.arange(fine[-1] + FINE_HZ, end, COARSE_HZ), [end]])
+    slow = SLOWEST_HZ * RATIO ** np.arange(np.log(FINE_HZ / (RATIO - 1) / SLOWEST_HZ) / np.log(RATIO))
+    fine = np.arange(slow[-1] + FINE_HZ, min(highest, end), FINE_HZ)
+    return np.concatenate([slow, fine, np.arange(fine[-1] + FINE_HZ, end, COARSE_HZ), [end]])
 
 
 def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smoother:
@@ -130,7 +232,7 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
     settled = kind.settle(final.candidates, final.theta)
     z = settled.fitted.z[ride]
     here = closed(final.theta)
-    wanted, across, _ = here.spectra(z)
+    wanted, across, recorded = here.spectra(z)
     gain = here.gain(z)
     error = np.diagonal(wanted, axis1=1, axis2=2).real - np.einsum("fxc,fxc->fx", gain, across.conj()).real
     shifts = [
@@ -139,7 +241,8 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
         else (here.gain(z + more) - here.gain(z - more)) / 2
         for step_, more in _axes(settled.fitted, final, ride)
     ]
-    return Smoother(hertz, gain, np.maximum(error, 0.0), np.stack(shifts, 1))
+    sizes = np.diagonal(wanted, axis1=1, axis2=2).real
+    return Smoother(hertz, recorded, across, sizes, np.maximum(error, 0.0), np.stack(shifts, 1))
 
 
 def _axes(fitted: Fitted, final: Fit, ride: int) -> list[tuple[Array, Array]]:
@@ -149,16 +252,19 @@ def _axes(fitted: Fitted, final: Fit, ride: int) -> list[tuple[Array, Array]]:
     """
     columns = fitted.disturbance_slopes[ride]
     precision = columns.T @ columns + np.eye(columns.shape[1])
+    spread = np.linalg.cholesky(np.linalg.inv(precision))
+    nothing = np.zeros(len(final.theta))
+    alone = [(nothing, column) for column in spread.T]
+    if not len(final.theta):  # tyre and bicycle are known
+        return alone
     follow = -np.linalg.solve(precision, columns.T @ fitted.slopes[ride])
     size, direction = np.linalg.eigh(final.covariance)
     scaled = direction.T * np.sqrt(np.maximum(size, 0.0))[:, None]
     axes = [(axis, follow @ axis) for axis in scaled]
-    spread = np.linalg.cholesky(np.linalg.inv(precision))
-    nothing = np.zeros(len(final.theta))
-    return axes + [(nothing, column) for column in spread.T]
+    return axes + alone
 
 
-def ride_forces(kind: RideSpectra, final: Fit) -> tuple[SegmentForces, ...]:
+def segment_forces(kind: RideSpectra, final: Fit) -> tuple[SegmentForces, ...]:
     """Forces and slip angles along each segment of the rides of ``kind``, whose spectra ``final`` fits."""
     estimates = []
     for ride, runs in enumerate(kind.segments):
@@ -166,9 +272,7 @@ def ride_forces(kind: RideSpectra, final: Fit) -> tuple[SegmentForces, ...]:
         for run in runs:
             signals = np.stack([run.channels[name] for name in kind.channels])
             value, sd = smoother.apply(signals, run.step)
-            kept = (run.time >= run.time[0] + END) & (run.time <= run.time[-1] - END)
             speed = kind.rides.spectra[ride].speed
-            force, force_sd = value[:2, kept], sd[:2, kept]
-            slip, slip_sd = -value[2:, kept] / speed, sd[2:, kept] / speed
-            estimates.append(SegmentForces(run.name, speed, run.time[kept], force, force_sd, slip, slip_sd))
+            slip, slip_sd = -value[2:] / speed, sd[2:] / speed
+            estimates.append(SegmentForces(run.name, speed, run.time, value[:2], sd[:2], slip, slip_sd))
     return tuple(estimates)

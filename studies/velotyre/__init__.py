@@ -40,6 +40,8 @@ Tyres and their tests: ``read_tyre`` ``available_tyres`` ``TyreMap`` ``read_reco
 
 Stiffness of a front frame from published figures: ``front_frame``
 
+Forces and slip angles of the tyres on a recorded ride: ``ride_forces``
+
 What a model lacks: ``read_measurement`` ``diagnose`` (``velotyre new m.toml --kind measurement`` writes a first file)
 
 Every name is imported from ``tyre``, ``bicycle`` or ``studies`` when it is asked for; ``help(vt.modes)`` tells of one,
@@ -66,6 +68,7 @@ PLACES = {
         "uncertainty",
     ),
     "studies.front_frame.published": ("front_frame",),
+    "studies.rides": ("ride_forces",),
     "tyre": (
         "InputError", "MeasuredTable", "TyreMap", "TyreProperties", "TyreSource", "available_tyres", "read_tyre",
     ),

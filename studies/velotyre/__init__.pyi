@@ -32,6 +32,7 @@ from studies.door.library import (
     uncertainty,
 )
 from studies.front_frame.published import front_frame
+from studies.rides import ride_forces
 from tyre import InputError, MeasuredTable, TyreMap, TyreProperties, TyreSource, available_tyres, read_tyre
 from tyre.fits.lateral_stiffness import fit_lateral_stiffness
 from tyre.fits.recording_files import read_recording
@@ -152,6 +153,7 @@ __all__ = [
     "read_tyre",
     "registry",
     "respond",
+    "ride_forces",
     "root_locus",
     "sensitivity",
     "simulate",

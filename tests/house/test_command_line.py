@@ -13,7 +13,7 @@ from studies.cli import build, main
 ROOT = Path(__file__).parents[2]
 # seconds to hours; explore serves until it is interrupted
 DEAR = {"run", "tyre fit", "uncertainty", "diagnose", "animate", "explore"}
-NEEDS_FILES = {"look", "sweep", "modal", "frequency-response", "tyre fit", "rider"}  # of the user
+NEEDS_FILES = {"look", "sweep", "modal", "frequency-response", "tyre fit", "rider", "forces"}  # of the user
 
 
 def commands(group: click.Group, path: tuple[str, ...] = ()):

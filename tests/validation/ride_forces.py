@@ -7,19 +7,24 @@ from m a_y of the mass centre less the side force, as a share of m a_y; where an
 how far the sum of all three is from m a_y.
 
 The estimator "ideal" is the best that any can do: it knows the true bicycle, the rider and the spectra of the inputs.
-"stated" does the same with the bicycle of the file, as if that were exact.
+"stated" does the same with the bicycle of the file, as if that were exact. "engine" is ``velotyre.ride_forces``, which
+knows the file of the ride, the bicycle of the file and its standard uncertainties.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 
+import velotyre as vt
+from bicycle import load_bicycle
+from tests.validation.blind.hidden import uncertainty
 from tests.validation.cases import KeptCases, Row, attempted
-from tests.validation.ride_generator import SAMPLE, Loop, Real, Ride, close_loop, draw_legs, ride
+from tests.validation.ride_generator import SAMPLE, Loop, Real, Ride, close_loop, draw_legs, ride, write_ride
 
 BICYCLES = ("benchmark", "rigid_rider")
 SPEEDS = (6.0, 9.0)  # m/s
@@ -45,14 +50,15 @@ class Estimate:
     values: Mapping[str, Real]
     sd: Mapping[str, Real]
     run_in: int = 0  # samples at both ends that do not count
+    of_fit: Mapping[str, float] = field(default_factory=dict)  # chi^2 for each number, probability of a larger one
 
 
-def ideal(taken: Ride) -> Estimate:
+def ideal(taken: Ride, _: str = "") -> Estimate:
     """The smoother that knows all but the noise: the least error that is possible."""
     return smooth(taken, taken.leg.loop)
 
 
-def stated(taken: Ride) -> Estimate:
+def stated(taken: Ride, _: str = "") -> Estimate:
     """The same with the bicycle of the file in place of the true one."""
     leg = taken.leg
     bicycle = replace(leg.bicycle, values={**leg.bicycle.values, **leg.bicycle.stated})
@@ -88,7 +94,39 @@ def smooth(taken: Ride, loop: Loop) -> Estimate:
     return Estimate(values, bands, round(RUN_IN / SAMPLE))
 
 
-ESTIMATORS: Mapping[str, Callable[[Ride], Estimate]] = {"ideal": ideal, "stated": stated}
+def engine(taken: Ride, cell: str) -> Estimate:
+    """What ``velotyre.ride_forces`` says of the file of the ride, with the bicycle of the file and its uncertainty."""
+    bicycle = taken.leg.bicycle
+    model = vt.build_model({"bicycle": bicycle.base, "effects": bicycle.stated_effects()})
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "ride.csv"
+        write_ride(file, taken)
+        forces = vt.ride_forces(model, (file, taken.stated_speed), turns=True, uncertainty=stated_sd(taken, cell))
+    (segment,) = forces.segments
+    signals = [*segment.force, *segment.slip]
+    sds = [*segment.force_sd, *segment.slip_sd]
+    return Estimate(
+        dict(zip(JUDGED, signals, strict=True)),
+        dict(zip(JUDGED, sds, strict=True)),
+        of_fit={"misfit": forces.misfit, "goodness": forces.goodness},
+    )
+
+
+def stated_sd(taken: Ride, cell: str) -> dict[str, float]:
+    """Standard uncertainties by which the true bicycle was drawn about that of the file, by the cell of the ride."""
+    of_cell, base = CELLS[cell], load_bicycle(taken.leg.bicycle.base)
+    exact = dict.fromkeys(set(base.values) - {"IByy", "IHyy", "g", "v"}, 0.0)
+    sd = exact | {key: of_cell["spread"] * value for key, value in uncertainty(base).items() if key in exact}
+    for key, value in taken.leg.bicycle.stated.items():
+        effect, *rest = key.split(".")
+        if rest:
+            of_front = of_cell.get("front_sd", 0.0) if rest[0] in ("stiffness", "damping") else 0.0
+            share = of_cell.get("tyre_sd", 0.0) if effect == "relaxation_length" else of_front
+            sd[key] = sd["lam"] if rest[0] == "axis_tilt" else share * abs(value)
+    return sd
+
+
+ESTIMATORS: Mapping[str, Callable[[Ride, str], Estimate]] = {"ideal": ideal, "stated": stated, "engine": engine}
 
 
 def draw_ride(cell: str, style: str, seed: int, number: int, duration: float) -> Ride:
@@ -103,7 +141,7 @@ def judge(taken: Ride, estimate: Estimate) -> Row:
     """Shares held, rms errors, and the sum of the forces against the acceleration of the mass centre."""
     truth = taken.truth
     inner = slice(estimate.run_in, len(taken.time) - estimate.run_in)
-    row: Row = {}
+    row: Row = dict(estimate.of_fit)
     for name in JUDGED:
         error = (estimate.values[name] - truth[name])[inner]
         sd = estimate.sd[name][inner]
@@ -133,7 +171,7 @@ def one_ride(seed: int, estimator: str, style: str, duration: float, cell: str, 
 
     def work(_: Path, row: Row) -> None:
         taken = draw_ride(cell, style, seed, number, duration)
-        row |= judge(taken, ESTIMATORS[estimator](taken))
+        row |= judge(taken, ESTIMATORS[estimator](taken, cell))
 
     return attempted(row, work)
 
@@ -152,7 +190,7 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
             **{key: float(f"{_rms(np.array([row[f'{key}.{name}'] for row in judged])):.4g}")
                for key in ("error", "sd", "size")},
         }  # fmt: skip
-    for key in ("sum_error_share", "whole_error_share"):
+    for key in ("sum_error_share", "whole_error_share", "misfit"):
         shares = [row[key] for row in judged if key in row]
         table[key] = round(float(np.median(shares)), 4) if shares else None
     return table

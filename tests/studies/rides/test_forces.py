@@ -1,0 +1,136 @@
+"""Tyre forces of a ride: the smoother against dense matrices, what the command prints and writes, what is refused."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+import velotyre as vt
+from bicycle.identification import read_ride
+from studies.rides import LINEAR_SHARE, Record
+
+TYRE = vt.RelaxationLength(cornering_stiffness={"rear": 8000.0, "front": 4000.0}, relaxation_length=0.1)
+MODEL = """bicycle = "benchmark"
+[effects.relaxation_length]
+cornering_stiffness = { rear = 8000.0, front = 4000.0 }
+relaxation_length = 0.1
+"""
+STEP, SPEED = 0.02, 5.0
+
+
+def shaken(seed, seconds):
+    """A stable benchmark bicycle at 5 m/s under white steer and lean torques: its time and three rates."""
+    system = vt.Model("benchmark", TYRE).linear_model().to_control(SPEED)
+    chosen = system[["lean_rate", "yaw_rate", "steer_rate"], ["steer_torque", "lean_torque"]]
+    dynamics, inputs = np.asarray(chosen.A), np.asarray(chosen.B)
+    once = expm(STEP * dynamics)
+    held = np.linalg.solve(dynamics - 1e-9 * np.eye(len(once)), (once - np.eye(len(once))) @ inputs)
+    rng = np.random.default_rng(seed)
+    torques = rng.standard_normal((round(seconds / STEP), 2)) * [0.3, 3.0]
+    states = np.zeros((len(torques), len(once)))
+    for k in range(1, len(torques)):
+        states[k] = once @ states[k - 1] + held @ torques[k - 1]
+    return STEP * np.arange(len(torques)), states @ np.asarray(chosen.C).T + rng.normal(0, 0.001, (len(torques), 3))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ride")
+    time, rates = shaken(6201, 60.0)
+    table = pd.DataFrame(rates, columns=["roll_rate_rad_s", "yaw_rate_rad_s", "steer_rate_rad_s"])
+    table.insert(0, "time_s", time)
+    table.round(6).to_csv(folder / "ride.csv", index=False)
+    (folder / "model.toml").write_text(MODEL)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def forces(folder):
+    return vt.ride_forces(folder / "model.toml", (folder / "ride.csv", SPEED), steering="nobody", grip=0.7)
+
+
+def test_linear_range_is_that_of_a_brush_tyre():
+    slip = brentq(lambda x: 1 - x / 3 + x**2 / 27 - 0.9, 0, 1)  # C alpha over grip and load
+    assert 0.9 * slip == pytest.approx(LINEAR_SHARE, abs=0.001)
+
+
+def test_a_record_is_solved_as_by_its_dense_covariance():
+    hertz = np.linspace(0, 5, 400)
+    spectra = np.zeros((400, 2, 2), complex)
+    spectra[:, 0, 0] = 1 / (1 + hertz**2) + 0.01
+    spectra[:, 1, 1] = 0.5 / (1 + hertz**4) + 0.02
+    spectra[:, 0, 1] = 0.3j * hertz / (1 + hertz**2) ** 2
+    spectra[:, 1, 0] = spectra[:, 0, 1].conj()
+    record = Record(hertz, spectra, 40, 0.1)
+    right = np.random.default_rng(6202).standard_normal((3, 2, 40))
+    units = np.eye(80).reshape(80, 2, 40)
+    # columns of A from the spectra by a plain sum over frequencies
+    bins = np.fft.fftfreq(record.length, 0.1)
+    full = np.array([[np.interp(np.abs(bins), hertz, spectra[:, a, b].real) for b in range(2)] for a in range(2)])
+    odd = np.array([[np.interp(np.abs(bins), hertz, spectra[:, a, b].imag) for b in range(2)] for a in range(2)])
+    turned = full + 1j * np.sign(bins) * odd
+    waves = np.exp(2j * np.pi * np.outer(bins, 0.1 * np.arange(40)))
+    dense = np.einsum("abf,fm,fn->ambn", turned, waves, waves.conj(), optimize=True).real / record.length
+    dense = dense.reshape(len(units), -1)
+    solved = record.solve(right, 1e-9)
+    assert solved.reshape(3, -1) == pytest.approx(np.linalg.solve(dense, right.reshape(3, -1).T).T, rel=1e-5, abs=1e-6)
+
+
+def test_shapes_shares_and_bands(forces):
+    (segment,) = forces.segments
+    assert segment.force.shape == segment.slip.shape == (2, 3000)
+    rear, front = vt.load_bicycle("benchmark").static_loads
+    strength = 0.7 * np.array([[rear], [front]])
+    assert forces.share(segment) == pytest.approx(np.abs(segment.force) / strength)
+    assert not forces.grip_assumed
+    # the band is wider at the ends, where nothing was recorded beyond
+    assert (segment.force_sd[:, [0, -1]] > segment.force_sd[:, [1500]]).all()
+    # slow forces are those of the tyre law: F = C alpha
+    slow = np.ones(50) / 50
+    force = np.array([np.convolve(f, slow, "valid") for f in segment.force])
+    slip = np.array([np.convolve(s, slow, "valid") for s in segment.slip])
+    slope = (force * slip).sum(1) / (slip**2).sum(1)
+    assert slope == pytest.approx([8000, 4000], rel=0.25)
+
+
+def test_command_writes_table_and_figure(printed, folder):
+    out = folder / "out"
+    options = ("--model", folder / "model.toml", "--steering", "nobody", "--grip", "0.7")
+    said = printed("forces", f"{folder / 'ride.csv'}@{SPEED}", *options, "--out", out)
+    assert "Largest lateral forces" in said
+    assert "the grip of 0.7 is given" in said
+    assert (out / "forces.png").is_file()
+    table = pd.read_csv(out / "forces.csv")
+    assert len(table) == 3000
+    assert {"time_s", "rear_lateral_force_N", "front_slip_angle_deg_sd", "rear_grip_share"} <= set(table)
+
+
+@pytest.mark.parametrize(
+    ("model", "options", "words"),
+    [
+        ("benchmark", {}, "roll without slip"),
+        (vt.Model("benchmark", TYRE), {"grip": -1.0}, "grip = -1 must be above 0"),
+        (vt.Model("benchmark", TYRE), {"steering": "ghost"}, "steering = 'ghost' is not allowed"),
+    ],
+)
+def test_what_is_refused(folder, model, options, words):
+    with pytest.raises(vt.InputError, match=words):
+        vt.ride_forces(model, (folder / "ride.csv", SPEED), **options)
+
+
+def test_no_ride_is_refused():
+    with pytest.raises(vt.InputError, match="no ride"):
+        vt.ride_forces(vt.Model("benchmark", TYRE), [])
+
+
+def test_turns_are_kept_on_request(tmp_path):
+    time = np.arange(0, 60, 0.02)
+    rng = np.random.default_rng(6203)
+    rates = rng.normal(0, 0.02, (len(time), 2))
+    rates[(time > 25) & (time < 35), 1] += 0.4
+    table = np.column_stack([time, rates])
+    file = tmp_path / "turn.csv"
+    np.savetxt(file, table, fmt="%.5f", delimiter=",", header="time_s,roll_rate_rad_s,yaw_rate_rad_s", comments="")
+    assert len(read_ride(file, 5.0).segments) == 2
+    assert len(read_ride(file, 5.0, keep_turns=True).segments) == 1
