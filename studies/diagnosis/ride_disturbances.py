@@ -88,12 +88,16 @@ class Disturbances:
         return slice(first, len(self.names) - len(self.floors))
 
     def starts(self) -> Array:
-        """Coordinates (starts, k) from which the most probable ones are sought: arms of no, some and much damping."""
-        ridden = self.steering == RIDER
-        dampings = (0.0, 0.5, 1.0) if ridden else (0.0,)
-        starts = np.zeros((len(dampings), len(self.names)))
-        if ridden:
-            starts[:, self.names.index("torque of the arms by steer_rate")] = dampings
+        """Coordinates (starts, k) from which the most probable ones are sought: arms of no, some and much damping.
+
+        The muscles steer into the fall. Other starts end in loops that fit as well as they can, but less.
+        """
+        if self.steering != RIDER:
+            return np.zeros((1, len(self.names)))
+        starts = np.zeros((3, len(self.names)))
+        starts[:, self.names.index("torque of the arms by steer_rate")] = (0.0, 0.5, 1.0)
+        starts[:, self.names.index("torque of the muscles by lean")] = -0.3
+        starts[:, self.names.index("torque of the muscles by lean_rate")] = -0.2
         return starts
 
     def of_ride(self, number: int) -> "Disturbances":

@@ -12,6 +12,7 @@ from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import digamma
 
 from tyre.ground.arrays import Array, Complex
@@ -61,6 +62,12 @@ class Axes:
     vectors: Complex  # (R, b, C, C)
     differences: Array  # (R, b, C, C)
     weight: Array  # (R, b)
+
+    def replaced(self, rides: NDArray[np.bool_], other: "Axes") -> "Axes":
+        """Copy with the ``rides`` (R,) of the ``other``."""
+        parts = ((self.vectors, other.vectors), (self.differences, other.differences), (self.weight, other.weight))
+        chosen = (np.where(rides.reshape(-1, *(1,) * (old.ndim - 1)), new, old) for old, new in parts)
+        return Axes(*chosen)
 
     def slopes(self, change: Complex) -> Array:
         """Derivatives (R, b, C^2, k) of residuals from those of A, ``change`` (R, b, k, C, C), all Hermitian."""

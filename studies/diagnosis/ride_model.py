@@ -1,17 +1,21 @@
 """Spectra of rides from a bicycle's gains: the loop of the rider closed, the disturbances most probable."""
 
+import copy
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bicycle.identification.ride_spectrum import RideSpectrum
 from studies.diagnosis.ride_disturbances import NOBODY, Disturbances
 from studies.diagnosis.ride_likelihood import SpectralMisfit
 from tyre.ground.arrays import Array, Complex
 
-TURNS = 40  # most steps to the most probable disturbances
-SETTLED = 1e-6  # of the misfit: a step that changes it by less is the last
+TURNS = 40  # most steps to the most probable disturbances from far away
+FEW_TURNS = 15  # and from near
+LONGEST = 1.5  # step of a coordinate, in prior standard deviations
+SETTLED = 1e-4  # of the misfit: a step that promises less is the last; its effect is linear and counted anyway
 STUCK = 1e5  # damping at which no step leads further down
 
 
@@ -49,27 +53,29 @@ class Rides:
         """Weights (q,) of the frequencies of a band."""
         return self.spectra[0].weights
 
-    def settle(self, gains: Gains, start: Array) -> Array:
+    def settle(self, gains: Gains, start: Array, *, turns: int = TURNS) -> Array:
         """Most probable disturbances z (R, k) for these ``gains``, from ``start`` (R, k); Levenberg and Marquardt."""
         z, damping = start.copy(), np.full(len(start), 1e-4)
         state = Fitted(self, gains, z)
         identity = np.eye(z.shape[1])
-        for _ in range(TURNS):
+        for _ in range(turns):
             slopes = state.disturbance_slopes
             normal = slopes.swapaxes(1, 2) @ slopes + identity
             force = (slopes.swapaxes(1, 2) @ state.residual[..., None])[..., 0] + z
             diagonal = np.diagonal(normal, axis1=1, axis2=2)[:, None] * identity
             step = np.linalg.solve(normal + damping[:, None, None] * diagonal, force[..., None])[..., 0]
+            step *= np.minimum(1.0, LONGEST / np.abs(step).max(1, keepdims=True))
             tried = Fitted(self, gains, z - step)
             gained = state.objective - tried.objective
             better = gained > 0
-            settled = (np.abs(gained) < SETTLED * (1 + state.objective)) | (damping > STUCK)
+            promised = np.abs((force * step).sum(1))  # decrease that the linearised residuals promise, or more
+            settled = (promised < SETTLED * (1 + state.objective)) | (damping > STUCK)
             damping = np.where(better, damping / 5, damping * 8)
             if better.all():
                 z, state = tried.z, tried
             elif better.any():
                 z = np.where(better[:, None], tried.z, z)
-                state = Fitted(self, gains, z)
+                state = state.replaced(better, tried)
             if settled.all():
                 break
         return z
@@ -95,6 +101,18 @@ class Fitted:
         relative = self._products(self._white * self._weighted[..., None, :], self._white) + self._floors
         residual, self.axes = rides.misfit.residual(relative)
         self.residual = residual.reshape(len(z), -1)
+
+    def replaced(self, rides: NDArray[np.bool_], other: "Fitted") -> "Fitted":
+        """Copy with the ``rides`` (R,) of the ``other``, which has the same gains."""
+        mixed = copy.copy(self)
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray):
+                chosen = rides.reshape(-1, *(1,) * (value.ndim - 1))
+                setattr(mixed, name, np.where(chosen, getattr(other, name), value))
+        mixed.axes = self.axes.replaced(rides, other.axes)
+        for name in ("disturbance_slopes", "slopes"):
+            vars(mixed).pop(name, None)
+        return mixed
 
     @staticmethod
     def _products(left: Complex, right: Complex) -> Complex:

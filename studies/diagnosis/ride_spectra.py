@@ -31,7 +31,7 @@ from studies.diagnosis.mistakes import (
     turn_axes,
 )
 from studies.diagnosis.ride_disturbances import ANSWERED, CONTROLLER, NOBODY, RIDER, YawMoment
-from studies.diagnosis.ride_model import Fitted, Gains, Rides
+from studies.diagnosis.ride_model import FEW_TURNS, Fitted, Gains, Rides
 from studies.diagnosis.ride_reading import TABLE, read_rides
 from studies.diagnosis.whitening import Marginal, integrate_starts_out
 from studies.inference.evidence import folds
@@ -58,12 +58,16 @@ def _with_nothing(slopes: Complex) -> Complex:
     return np.concatenate([slopes, np.zeros_like(slopes[:, :, :1])], 2)
 
 
+WORTH = 0.1  # of a misfit: other disturbances that lower it by less are the same
+
+
 @dataclass(frozen=True, eq=False)
 class Settled:
     """Rides at one point: gains, most probable disturbances, and what integrating these out leaves."""
 
     fitted: Fitted
     marginal: Marginal
+    anew: bool = False  # sought from all starts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,21 +228,40 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
                 slope[:, errors[key][0], pair] += change @ straight
         return values, slope
 
-    def settle(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Settled:
-        """Most probable disturbances at ``theta`` (p,), and residuals with the disturbances integrated out."""
+    def settle(self, candidates: Candidates, theta: Array, *, anew: bool = False) -> Settled:
+        """Most probable disturbances at ``theta`` (p,), and residuals with the disturbances integrated out.
 
+        They are sought from where the latest ones lead, and, ``anew``, from their own starts as well.
+        """
         names = tuple(c.identifier for c in candidates)
 
         def settle() -> Settled:
             gains = self.gains(candidates, theta)
-            z = self.rides.settle(gains, self._start(gains, names, theta))
-            fitted = Fitted(self.rides, gains, z)
-            self._latest.append((names, theta, fitted))
-            columns = fitted.disturbance_slopes
-            linear = fitted.residual - np.einsum("rnk,rk->rn", columns, z)
-            return Settled(fitted, integrate_starts_out(columns, linear[..., None]))
+            z = self.rides.settle(gains, self._start(gains, names, theta), turns=FEW_TURNS)
+            return self._settled(names, theta, Fitted(self.rides, gains, z))
 
-        return self._last_settled.get((names, theta.tobytes()), settle)
+        settled = self._last_settled.get((names, theta.tobytes()), settle)
+        if anew and not settled.anew:
+            settled = replace(self._settled(names, theta, self._from_all_starts(settled.fitted)), anew=True)
+            self._last_settled.put((names, theta.tobytes()), settled)
+        return settled
+
+    def _settled(self, names: tuple[str, ...], theta: Array, fitted: Fitted) -> Settled:
+        self._latest.append((names, theta, fitted))
+        columns = fitted.disturbance_slopes
+        linear = fitted.residual - np.einsum("rnk,rk->rn", columns, fitted.z)
+        return Settled(fitted, integrate_starts_out(columns, linear[..., None]))
+
+    def _from_all_starts(self, fitted: Fitted) -> Fitted:
+        """The most probable disturbances of each ride: those of ``fitted`` or what its other starts lead to."""
+        best = fitted
+        for start in self.rides.disturbances.starts():
+            z = self.rides.settle(fitted.gains, np.tile(start, (len(fitted.z), 1)), turns=FEW_TURNS)
+            other = Fitted(self.rides, fitted.gains, z)
+            better = other.objective < best.objective - WORTH
+            if better.any():
+                best = best.replaced(better, other)
+        return best
 
     @cached_property
     def _last_settled(self) -> LastAnswer[Settled]:
@@ -263,17 +286,12 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     def _first(self) -> Array:
         """Disturbances (R, k) of the base model as stated: where each search for them begins."""
         gains = self.gains((), self.nominal, slopes=False)
-        ends, misfits = [], []
-        for start in self.rides.disturbances.starts():
-            z = self.rides.settle(gains, np.tile(start, (len(self.rides.spectra), 1)))
-            ends.append(z)
-            misfits.append(Fitted(self.rides, gains, z).objective)
-        best = np.argmin(misfits, 0)
-        return np.array([ends[k][ride] for ride, k in enumerate(best)])
+        begin = np.tile(self.rides.disturbances.starts()[-1], (len(self.rides.spectra), 1))
+        return self._from_all_starts(Fitted(self.rides, gains, self.rides.settle(gains, begin))).z
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         """Whitened residual (n,), disturbances integrated out, and its derivative (n, p)."""
-        settled = self.settle(candidates, theta)
+        settled = self.settle(candidates, theta, anew=slopes)
         residual = settled.marginal.residual.ravel()
         if not slopes or not len(theta):
             return residual, np.empty((len(residual), 0))

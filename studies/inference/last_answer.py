@@ -19,6 +19,10 @@ class LastAnswer(Generic[Answer]):
             self._question, self._answer = question, compute()
         return self._answer
 
+    def put(self, question: Hashable, answer: Answer) -> None:
+        """Remember a better ``answer`` to ``question``."""
+        self._question, self._answer = question, answer
+
 
 class RecentAnswers(Generic[Answer]):
     """Holder of answers by question; forgets all of them once there are ``most``."""
