@@ -161,6 +161,32 @@ class Disturbances:
             torque[..., k] += sd * x[:, column, None, None]
         return torque, muscles, gains[:, None, None] * by_frequency[..., None]
 
+    def closed_loop(self, state: Array, steered: Array, motion: Array, z: Array, ride: int) -> Array:
+        """State matrix (n + 2, n + 2) of a bicycle x' = ``state`` x + ``steered`` T whose rider or controller steers.
+
+        ``motion`` (4, n) gives lean, its rate, steer and its rate; ``z`` (k,) are the disturbances of this ``ride``.
+        """
+        n = len(state)
+        closed = np.zeros((n + 2, n + 2))
+        closed[:n, :n] = state
+        if self.steering == NOBODY:
+            closed[range(n, n + 2), range(n, n + 2)] = -1.0
+            return closed
+        x = z[self.loop]
+        gains, frequency = np.zeros(4), MOTOR * np.exp(MUSCLES_SPREAD * x[-1])
+        if self.controller_gains is not None:
+            gains = self.controller_gains[ride]
+        else:
+            arms = np.zeros(4)
+            arms[list(ARMS)] = x[: len(ARMS)] * list(ARMS.values())
+            closed[:n, :n] -= np.outer(steered, arms @ motion)
+            gains, frequency = x[len(ARMS) : -1] * GAINS, MUSCLES * np.exp(MUSCLES_SPREAD * x[-1])
+        closed[:n, n] = -steered
+        closed[n, n + 1] = 1.0
+        closed[n + 1, :n] = frequency**2 * (gains @ motion)
+        closed[n + 1, n:] = -(frequency**2), -2 * ZETA * frequency
+        return closed
+
     def noise(self, z: Array) -> Array:
         """Noise densities (R, C), unit^2/Hz."""
         return np.asarray(self.floors * np.exp(2 * FLOOR_SPREAD * z[:, len(self.names) - len(self.floors) :]))

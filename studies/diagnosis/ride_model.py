@@ -1,7 +1,7 @@
 """Spectra of rides from a bicycle's gains: the loop of the rider closed, the disturbances most probable."""
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -52,6 +52,18 @@ class Rides:
     def weights(self) -> Array:
         """Weights (q,) of the frequencies of a band."""
         return self.spectra[0].weights
+
+    def read_as(self, channel: int, factor: float) -> "Rides":
+        """Copy with the ``channel`` of this number times ``factor``, a unit or sign in which it may be meant."""
+        factors = np.ones(len(self.spectra[0].channels))
+        factors[channel] = factor
+        spectra = tuple(replace(ride, values=ride.values * np.outer(factors, factors)) for ride in self.spectra)
+        floors = self.disturbances.floors * factors**2
+        return replace(self, spectra=spectra, disturbances=replace(self.disturbances, floors=floors))
+
+    def at_speeds(self, factor: float) -> "Rides":
+        """Copy with all speeds times ``factor``."""
+        return replace(self, spectra=tuple(replace(ride, speed=factor * ride.speed) for ride in self.spectra))
 
     def settle(self, gains: Gains, start: Array, *, turns: int = TURNS) -> Array:
         """Most probable disturbances z (R, k) for these ``gains``, from ``start`` (R, k); Levenberg and Marquardt."""
@@ -105,13 +117,13 @@ class Fitted:
     def replaced(self, rides: NDArray[np.bool_], other: "Fitted") -> "Fitted":
         """Copy with the ``rides`` (R,) of the ``other``, which has the same gains."""
         mixed = copy.copy(self)
-        for name, value in vars(self).items():
+        for name in ("disturbance_slopes", "slopes"):
+            vars(mixed).pop(name, None)
+        for name, value in list(vars(mixed).items()):
             if isinstance(value, np.ndarray):
                 chosen = rides.reshape(-1, *(1,) * (value.ndim - 1))
                 setattr(mixed, name, np.where(chosen, getattr(other, name), value))
         mixed.axes = self.axes.replaced(rides, other.axes)
-        for name in ("disturbance_slopes", "slopes"):
-            vars(mixed).pop(name, None)
         return mixed
 
     @staticmethod
@@ -125,6 +137,12 @@ class Fitted:
     def objective(self) -> Array:
         """Misfit and penalty (R,)."""
         return np.asarray((self.residual**2).sum(1) + (self.z**2).sum(1))
+
+    @property
+    def spectra(self) -> Complex:
+        """Spectra (R, b, C, C) of the model, product of the channels' units per Hz."""
+        noise = self.rides.disturbances.noise(self.z)[:, None, :, None] * np.eye(self.closed.shape[3])
+        return self._products(self.closed * self._weighted[..., None, :], self.closed) + noise
 
     @cached_property
     def disturbance_slopes(self) -> Array:

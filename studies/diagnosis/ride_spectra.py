@@ -5,7 +5,7 @@ forces and by a rider who steers; :mod:`studies.diagnosis.ride_likelihood` says 
 """
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 from bicycle.identification.recording import CHANNELS, STEER_TORQUE, Run
 from studies.diagnosis.bicycle_kind import BicycleKind, without_motors
 from studies.diagnosis.candidates import nobody_rides
+from studies.diagnosis.doubts import SPEEDS, readings_of
 from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.harmonic_response import gain_matrices
 from studies.diagnosis.mistakes import (
@@ -31,11 +32,12 @@ from studies.diagnosis.mistakes import (
     turn_axes,
 )
 from studies.diagnosis.ride_disturbances import ANSWERED, CONTROLLER, NOBODY, RIDER, YawMoment
+from studies.diagnosis.ride_figures import DENSITIES
 from studies.diagnosis.ride_model import FEW_TURNS, Fitted, Gains, Rides
 from studies.diagnosis.ride_reading import TABLE, read_rides
 from studies.diagnosis.whitening import Marginal, integrate_starts_out
 from studies.inference.evidence import folds
-from studies.inference.kind import Candidates, Prediction, Rows, Series
+from studies.inference.kind import Candidates, Figure, Prediction, Rows, Series
 from studies.inference.last_answer import LastAnswer
 from studies.inference.parameter import Candidate
 from tyre.ground.arrays import Array, Complex
@@ -58,6 +60,8 @@ def _with_nothing(slopes: Complex) -> Complex:
     return np.concatenate([slopes, np.zeros_like(slopes[:, :, :1])], 2)
 
 
+UNSTABLE = 0.3  # 1/s: a ride of minutes whose motion grows faster is none
+DEMERIT = 20.0  # of a misfit, of disturbances that make the bicycle unstable
 WORTH = 0.1  # of a misfit: other disturbances that lower it by less are the same
 
 
@@ -144,23 +148,60 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         """A series is an entry of the spectra of one ride, along frequency."""
-        count = len(self.channels)
-        short = [name.rsplit("_rad", 1)[0].replace("_", " ") for name in self.channels]
-        entries = [f"{name}" for name in short]
-        pairs = [f"{short[i]} and {short[j]}" for i, j in zip(*np.triu_indices(count, 1), strict=True)]
-        entries += [f"{pair}, {part}" for part in ("real", "imaginary") for pair in pairs]
+        shown = self._entries()
         places, series, abscissa, group, repeat = [], [], [], [], []
         for ride in self.rides.spectra:
             for band, hertz in enumerate(ride.hertz):
-                places += [f"{entry}, {ride.speed:.3g} m/s, {hertz:.3g} Hz" for entry in entries]
-                series += [f"{ride.name} {entry}" for entry in entries]
-                abscissa += [hertz] * len(entries)
-                group += [f"{ride.speed:.4g}"] * len(entries)
-                repeat += [f"{6 * band // len(ride.hertz)}"] * len(entries)
-        displays = {f"{ride.name} {entry}": Series(entry) for ride in self.rides.spectra for entry in entries}
-        speeds = np.repeat(self.speeds, len(self.rides.spectra[0].hertz) * len(entries))
+                places += [f"{name}, {ride.speed:.3g} m/s, {hertz:.3g} Hz" for name in shown]
+                series += [f"{ride.name} {name}" for name in shown]
+                abscissa += [hertz] * len(shown)
+                group += [f"{ride.speed:.4g}"] * len(shown)
+                repeat += [f"{6 * band // len(ride.hertz)}"] * len(shown)
+        displays = {f"{ride.name} {name}": display for ride in self.rides.spectra for name, display in shown.items()}
+        speeds = np.repeat(self.speeds, len(self.rides.spectra[0].hertz) * len(shown))
         fold = folds(group, speeds, repeat)
         return Rows(tuple(places), np.array(abscissa), tuple(series), fold, displays=displays, axis="frequency, Hz")
+
+    def _entries(self) -> dict[str, Series]:
+        """Displays of the C^2 numbers of a band: densities of the channels, and parts of their coherencies."""
+        short = [name.partition("_rad")[0].partition("_N_m")[0].replace("_", " ") for name in self.channels]
+        entries = {name: Series(name, "density", logarithm=True) for name in short}
+        for part in ("real", "imaginary"):
+            for i, j in zip(*np.triu_indices(len(short), 1), strict=True):
+                name = f"{short[i]} and {short[j]}, {part}"
+                entries[name] = Series(name, f"coherency, {part} part")
+        return entries
+
+    def _show(self, spectra: Complex) -> Array:
+        """Numbers (R b C^2,) of ``spectra`` (R, b, C, C) in the order of the rows: logarithms and coherencies."""
+        density = np.diagonal(spectra, axis1=-2, axis2=-1).real
+        coherency = spectra / np.sqrt(density[..., :, None] * density[..., None, :])
+        above = coherency[..., *np.triu_indices(len(self.channels), 1)]
+        return np.concatenate([np.log(density), above.real, above.imag], -1).ravel()
+
+    def measured_by_channel(self) -> dict[str, Array]:
+        """Logarithms of measured densities and parts of measured coherencies (m,) by their name."""
+        return self._by_channel(self._show(self.rides.misfit.measured))
+
+    def residuals_by_channel(self, candidates: Candidates, theta: Array) -> dict[str, Array]:
+        """Measured minus computed numbers (m,), as :meth:`measured_by_channel` gives them."""
+        computed = self.settle(candidates, theta, anew=True).fitted.spectra
+        return self._by_channel(self._show(self.rides.misfit.measured) - self._show(computed))
+
+    def _by_channel(self, numbers: Array) -> dict[str, Array]:
+        channels = self.rows.channels
+        return {name: numbers[channels == name] for name in dict.fromkeys(channels.tolist())}
+
+    def misreadings(self) -> Iterator[tuple[str, "RideSpectra"]]:
+        """Units and signs of the channels, and the unit of the speeds."""
+        for place, name in enumerate(self.channels):
+            for reading, factor in readings_of(name).items():
+                yield f"{name} {reading}", replace(self, rides=self.rides.read_as(place, factor))
+        for reading, factor in SPEEDS.items():
+            yield reading, replace(self, rides=self.rides.at_speeds(factor))
+
+    def figures(self) -> dict[str, Figure]:
+        return {"before_after": DENSITIES}
 
     def gains(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Gains:
         """Gains of the bicycle, as the sensors show them, at all frequencies of all rides."""
@@ -231,18 +272,27 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     def settle(self, candidates: Candidates, theta: Array, *, anew: bool = False) -> Settled:
         """Most probable disturbances at ``theta`` (p,), and residuals with the disturbances integrated out.
 
-        They are sought from where the latest ones lead, and, ``anew``, from their own starts as well.
+        They are sought from where the latest ones lead. ``anew``, and where these need a rider who makes the bicycle
+        unstable, they are sought from their own starts too: spectra hardly tell a growth from a decay.
         """
         names = tuple(c.identifier for c in candidates)
 
         def settle() -> Settled:
+            first_of_its_kind = not self._latest or self._latest[0][0] != names
             gains = self.gains(candidates, theta)
             z = self.rides.settle(gains, self._start(gains, names, theta), turns=FEW_TURNS)
-            return self._settled(names, theta, Fitted(self.rides, gains, z))
+            fitted = Fitted(self.rides, gains, z)
+            if first_of_its_kind:
+                fitted = self._from_all_starts(candidates, theta, fitted)
+            return self._settled(names, theta, fitted)
 
         settled = self._last_settled.get((names, theta.tobytes()), settle)
         if anew and not settled.anew:
-            settled = replace(self._settled(names, theta, self._from_all_starts(settled.fitted)), anew=True)
+            fitted = settled.fitted
+            if (self.growth(candidates, theta, fitted.z) > UNSTABLE).any():
+                fitted = self._from_all_starts(candidates, theta, fitted)
+                settled = self._settled(names, theta, fitted)
+            settled = replace(settled, anew=True)
             self._last_settled.put((names, theta.tobytes()), settled)
         return settled
 
@@ -252,16 +302,40 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         linear = fitted.residual - np.einsum("rnk,rk->rn", columns, fitted.z)
         return Settled(fitted, integrate_starts_out(columns, linear[..., None]))
 
-    def _from_all_starts(self, fitted: Fitted) -> Fitted:
-        """The most probable disturbances of each ride: those of ``fitted`` or what its other starts lead to."""
+    def _from_all_starts(self, candidates: Candidates, theta: Array, fitted: Fitted) -> Fitted:
+        """The most probable disturbances of each ride, stable if any are: ``fitted`` or what other starts lead to."""
+
+        def demerit(one: Fitted) -> Array:
+            return one.objective + DEMERIT * (self.growth(candidates, theta, one.z) > UNSTABLE)
+
         best = fitted
         for start in self.rides.disturbances.starts():
             z = self.rides.settle(fitted.gains, np.tile(start, (len(fitted.z), 1)), turns=FEW_TURNS)
             other = Fitted(self.rides, fitted.gains, z)
-            better = other.objective < best.objective - WORTH
+            better = demerit(other) < demerit(best) - WORTH
             if better.any():
                 best = best.replaced(better, other)
         return best
+
+    def growth(self, candidates: Candidates, theta: Array, z: Array) -> Array:
+        """Largest growth (R,), 1/s, of the bicycle with whoever steers it, at disturbances ``z`` (R, k)."""
+        return np.array([poles.real.max() for poles in self.closed_loop_poles(candidates, theta, z)])
+
+    def closed_loop_poles(self, candidates: Candidates, theta: Array, z: Array) -> list[Complex]:
+        """Eigenvalues (n + 2,), 1/s, of the bicycle with whoever steers it, for each ride."""
+        family, loop = self.family(candidates), self.rides.disturbances
+        names = family.symbolic
+        stack = family(theta[None], self.speeds)
+        steered = names.inputs.index("steer_torque")
+        motion = [names.outputs.index(name) for name in ANSWERED]
+        poles = []
+        for ride in range(len(self.speeds)):
+            solved = np.linalg.solve(
+                stack.mass[0, ride], np.hstack([stack.dynamics[0, ride], stack.input[0, ride][:, [steered]]])
+            )
+            closed = loop.closed_loop(solved[:, :-1], solved[:, -1], stack.output[0, ride][motion], z[ride], ride)
+            poles.append(np.linalg.eigvals(closed))
+        return poles
 
     @cached_property
     def _last_settled(self) -> LastAnswer[Settled]:
@@ -287,7 +361,8 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         """Disturbances (R, k) of the base model as stated: where each search for them begins."""
         gains = self.gains((), self.nominal, slopes=False)
         begin = np.tile(self.rides.disturbances.starts()[-1], (len(self.rides.spectra), 1))
-        return self._from_all_starts(Fitted(self.rides, gains, self.rides.settle(gains, begin))).z
+        fitted = Fitted(self.rides, gains, self.rides.settle(gains, begin))
+        return self._from_all_starts((), self.nominal, fitted).z
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         """Whitened residual (n,), disturbances integrated out, and its derivative (n, p)."""
