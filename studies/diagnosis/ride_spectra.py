@@ -328,13 +328,13 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         stack = family(theta[None], self.speeds)
         steered = names.inputs.index("steer_torque")
         motion = [names.outputs.index(name) for name in ANSWERED]
-        poles = []
+        poles: list[Complex] = []
         for ride in range(len(self.speeds)):
             solved = np.linalg.solve(
                 stack.mass[0, ride], np.hstack([stack.dynamics[0, ride], stack.input[0, ride][:, [steered]]])
             )
             closed = loop.closed_loop(solved[:, :-1], solved[:, -1], stack.output[0, ride][motion], z[ride], ride)
-            poles.append(np.linalg.eigvals(closed))
+            poles.append(np.linalg.eigvals(closed).astype(complex))
         return poles
 
     @cached_property
@@ -349,6 +349,8 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         led = latest.z
         if latest_names == names:
             led = led + latest.follow(theta - latest_theta)
+        if latest_names == names:
+            return led
         objectives = [Fitted(self.rides, gains, z).objective for z in (self._first, led)]
         return np.where((objectives[1] < objectives[0])[:, None], led, self._first)
 
