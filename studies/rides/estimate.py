@@ -62,6 +62,7 @@ class RideForces:
     grip_assumed: bool
     misfit: float  # chi^2 of the spectra for each of their numbers; 1 where all is as modelled
     goodness: float  # probability of a larger chi^2
+    converged: bool  # the fit of the spectra came to an end
     narrowed: tuple[Narrowed, ...]
     left_out: tuple[str, ...]  # sentences: parts of the rides that are not used, and why
     notes: tuple[str, ...]
@@ -103,6 +104,7 @@ class RideForces:
                     f"{wheel}_grip_share": share[k],
                     f"{wheel}_grip_share_sd": share_sd[k],
                 }
+            columns |= {"lateral_push_N": segment.push, "lateral_push_N_sd": segment.push_sd}
             tables.append(pd.DataFrame(columns))
         return pd.concat(tables, ignore_index=True)
 
@@ -150,10 +152,11 @@ def ride_forces(
     -------
     RideForces
         ``segments``, each with ``time`` (n,) in s, ``force`` and ``force_sd`` (2, n) in N, ``slip`` and ``slip_sd``
-        (2, n) in rad, rear wheel first, ``sd`` one standard uncertainty. x is forward, y to the right, z down: a force
-        to the right is positive, a slip angle with the sign of the force that it makes. Offsets of the sensors are
-        estimated along, so a steady force is known to the mean of the ride alone. Also ``share(segment)`` of the grip,
-        ``table()``, ``misfit``, ``goodness``, ``narrowed``, ``left_out`` and ``notes``.
+        (2, n) in rad, rear wheel first, and ``push`` and ``push_sd`` (n,) in N, the unknown lateral push on the frame;
+        ``sd`` is one standard uncertainty. x is forward, y to the right, z down: a force to the right is positive, a
+        slip angle has the sign of the force that it makes. Offsets of the sensors are estimated along, so a steady
+        force is known to the mean of the ride alone. Also ``share(segment)`` of the grip, ``table()``, ``misfit``,
+        ``goodness``, ``converged``, ``narrowed``, ``left_out`` and ``notes``.
 
     Raises
     ------
@@ -209,6 +212,7 @@ def forces_of_rides(
         grip is None,
         final.chi2 / len(final.residual),
         final.goodness,
+        final.converged,
         _narrowed(final),
         found.left_out,
         kind.notes,

@@ -24,7 +24,12 @@ from studies.diagnosis.ride_spectra import RideSpectra
 from studies.inference.fit import Fit
 from tyre.ground.arrays import Array, Complex
 
-WANTED = ("rear_lateral_force", "front_lateral_force", "rear_slip_velocity", "front_slip_velocity")
+WANTED = (
+    "rear_lateral_force",
+    "front_lateral_force",
+    "rear_slip_velocity",
+    "front_slip_velocity",
+)  # and the lateral push
 FASTEST_HZ = 25.0  # forces that change faster are not followed
 SLOWEST_HZ, RATIO = 5e-4, 1.1  # lowest frequency of G; below 0.2 Hz, where G falls as 1/f, each is 10 % above the last
 FINE_HZ, COARSE_HZ = 0.02, 0.25  # steps of the frequencies of G, below and above the highest of the spectra
@@ -45,6 +50,8 @@ class SegmentForces:
     force_sd: Array  # (2, n), N
     slip: Array  # (2, n), rad
     slip_sd: Array  # (2, n), rad
+    push: Array  # (n,), N, what else acted on the bicycle from the side, such as wind
+    push_sd: Array  # (n,), N
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,6 +234,9 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
         channels, answered, wanted = (
             values[:, [outputs.index(name) for name in names]] for names in (signals, ANSWERED, WANTED)
         )
+        push = np.zeros((len(hertz), 1, len(inputs)))
+        push[..., inputs.index("lateral_push")] = 1.0
+        wanted = np.concatenate([wanted, push], 1)
         return _Closed(channels, answered, wanted, kind.rides.disturbances.of_ride(ride), hertz)
 
     settled = kind.settle(final.candidates, final.theta)
@@ -273,6 +283,8 @@ def segment_forces(kind: RideSpectra, final: Fit) -> tuple[SegmentForces, ...]:
             signals = np.stack([run.channels[name] for name in kind.channels])
             value, sd = smoother.apply(signals, run.step)
             speed = kind.rides.spectra[ride].speed
-            slip, slip_sd = -value[2:] / speed, sd[2:] / speed
-            estimates.append(SegmentForces(run.name, speed, run.time, value[:2], sd[:2], slip, slip_sd))
+            slip, slip_sd = -value[2:4] / speed, sd[2:4] / speed
+            estimates.append(
+                SegmentForces(run.name, speed, run.time, value[:2], sd[:2], slip, slip_sd, value[4], sd[4])
+            )
     return tuple(estimates)

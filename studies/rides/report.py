@@ -77,6 +77,10 @@ def sentences(forces: RideForces) -> list[str]:
             "This chi^2 is too large, so the bands cannot be trusted; `velotyre diagnose` with kind ride_spectra finds "
             "what is missing."
         )
+    if not forces.converged:
+        lines.append(
+            "The fit of the spectra did not converge, so the bands cannot be trusted; ride longer at one speed."
+        )
     return lines
 
 

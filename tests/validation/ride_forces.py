@@ -106,7 +106,7 @@ def engine(taken: Ride, cell: str) -> Estimate:
     signals = [*segment.force, *segment.slip]
     sds = [*segment.force_sd, *segment.slip_sd]
     return Estimate(
-        dict(zip(JUDGED, signals, strict=True)),
+        {**dict(zip(JUDGED, signals, strict=True)), SIDE_FORCE: segment.push},
         dict(zip(JUDGED, sds, strict=True)),
         of_fit={"misfit": forces.misfit, "goodness": forces.goodness},
     )

@@ -1,10 +1,12 @@
 """The judges of forces and of spectra count what they should."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.validation import ride_forces, ride_spectra
-from tests.validation.ride_generator import draw_legs, ride
+from tests.validation.ride_generator import draw_legs, ride, scale_colours
 
 
 def test_the_judge_of_forces_knows_truth_and_error():
@@ -29,6 +31,18 @@ def test_the_ideal_smoother_holds_what_it_promises():
     for name in ride_forces.JUDGED:
         assert row[f"error.{name}"] == pytest.approx(row[f"sd.{name}"], rel=0.2)
         assert row[f"error.{name}"] < 0.5 * row[f"size.{name}"]
+
+
+def test_forces_are_those_of_kanes_bicycle_where_little_but_its_rider_moves_it():
+    """Wind and a rider's lean are hardly there, so that the motion alone shows the forces."""
+    rng = np.random.default_rng(1)
+    leg = ride_forces.draw_ride("known", "straight", 1, 0, 1.0).leg
+    calm = {**scale_colours(leg.colours, 0.05), "steer_torque": leg.colours["steer_torque"]}
+    taken = ride(replace(leg, colours=calm), rng, duration=60)
+    row = ride_forces.judge(taken, ride_forces.engine(taken, "known"))
+    for name in ride_forces.JUDGED:
+        assert row[f"error.{name}"] < 0.15 * row[f"size.{name}"]
+        assert row[f"error.{name}"] < 1.5 * row[f"sd.{name}"]
 
 
 def test_the_judge_of_spectra_counts_errors_over_bounds():
