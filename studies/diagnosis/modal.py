@@ -243,13 +243,12 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     Computed at coordinates ``theta`` (p,); derivatives are (m, 3, 0) without ``slopes``. Errors of sensors, clock and
     identification that are among the coordinates act on both.
     """
-    speeds = np.unique(wanted.speed)
-    matrices = MatrixSlopes(family, theta, speeds, slopes)
+    matrices = MatrixSlopes(family, theta, wanted.speeds, slopes)
     system = matrices.system
     names = family.symbolic.outputs
     values, right, left = eigensystem(system.dynamics[0], mass=system.mass[0])
-    chosen = match_roots(wanted, speeds, values)
-    speed_index = np.searchsorted(speeds, wanted.speed)
+    chosen = match_roots(wanted, values)
+    speed_index = wanted.at
 
     # Eigenvalue, and steer and yaw rate over lean rate of its right eigenvector.
     output_rows = [names.index(name) for name in ("lean_rate", *RATIOS.values())]

@@ -129,29 +129,60 @@ class Wanted:
     near: Complex  # (m,), 1/s, measured eigenvalues, near which their roots are looked for
 
     @cached_property
-    def crowded(self) -> list[list[NDArray[np.intp]]]:
-        """Indices of the modes, grouped by name, for each speed at which modes of several names are wanted."""
+    def speeds(self) -> Array:
+        """Speeds (S,), m/s, each once, in order."""
+        return np.unique(self.speed)
+
+    @cached_property
+    def at(self) -> NDArray[np.intp]:
+        """Number (m,) of the speed of each mode among :attr:`speeds`."""
+        return np.searchsorted(self.speeds, self.speed)
+
+    @cached_property
+    def crowded(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+        """Groups of the modes of one name at one speed, where several names are wanted: all of them, one after another.
+
+        Indices of the modes (c,), where each group begins among them (g,), and the number of its speed (g,).
+        """
         names = np.array(self.mode)
-        crowded = []
-        for speed in np.unique(self.speed):
+        groups: list[NDArray[np.intp]] = []
+        places = []
+        for place, speed in enumerate(self.speeds):
             at_speed = self.speed == speed
             by_name = [np.flatnonzero(at_speed & (names == name)) for name in np.unique(names[at_speed])]
             if len(by_name) > 1:
-                crowded.append(by_name)
-        return crowded
+                groups += by_name
+                places += [place] * len(by_name)
+        ends = np.cumsum([len(group) for group in groups], dtype=int)
+        members = np.concatenate([np.zeros(0, int), *groups])
+        return members, np.append(0, ends[:-1])[: len(groups)], np.array(places, int)
 
 
-def match_roots(sought: Wanted, speeds: Array, values: Complex) -> NDArray[np.intp]:
-    """Index (m,) of the nearest root of each wanted mode in ``values`` (S, n), 1/s, at sorted ``speeds`` (S,), m/s."""
-    at = np.searchsorted(speeds, sought.speed)
-    measured, roots = sought.near[:, None], values[at]
+def match_roots(sought: Wanted, values: Complex) -> NDArray[np.intp]:
+    """Index (m,) of the nearest root of each wanted mode in ``values`` (S, n), 1/s, at its speeds (S,)."""
+    measured, roots = sought.near[:, None], values[sought.at]
     cost = np.abs(roots - measured)
     oscillates = np.abs(roots.imag) > 1e-9 * np.abs(roots).max(1, keepdims=True)
     cost[oscillates != (np.abs(measured.imag) > 1e-6 * np.abs(measured))] *= 3.0
     cost[roots.imag < 0] = 1e6
     index = cost.argmin(1)
-    for by_name in sought.crowded:  # no two modes at one speed have the same root
-        total = np.nan_to_num([cost[points].sum(0) for points in by_name], nan=1e9, posinf=1e9)
-        for points, root in zip(by_name, scipy.optimize.linear_sum_assignment(total)[1], strict=True):
-            index[points] = root
+    members, starts, places = sought.crowded
+    if len(members):
+        total = np.nan_to_num(np.add.reduceat(cost[members], starts), nan=1e9, posinf=1e9)  # (g, n)
+        sizes = np.diff(np.append(starts, len(members)))
+        index[members] = np.repeat(_assign_roots(total, places), sizes)
     return np.asarray(index)
+
+
+def _assign_roots(cost: Array, places: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Root (g,) of each group by its ``cost`` (g, n): the least in all, no two groups of one of ``places`` (g,) alike.
+
+    The nearest roots of all groups are such an assignment unless two of one place have the same.
+    """
+    roots = cost.argmin(1)
+    count = cost.shape[1]
+    uses = np.bincount(places * count + roots, minlength=(places[-1] + 1) * count).reshape(-1, count)
+    for place in np.flatnonzero(uses.max(1) > 1):
+        here = slice(*np.searchsorted(places, (place, place + 1)))
+        roots[here] = scipy.optimize.linear_sum_assignment(cost[here])[1]
+    return np.asarray(roots)
