@@ -110,10 +110,13 @@ def spectra(matrices: Array) -> Complex:
 
 
 def eigensystem(matrices: Array, *, mass: Array | None = None) -> Eigensystem:
-    """Eigenvalues and eigenvectors of A, or of E^-1 F where a mass matrix E is given."""
-    state_matrices = matrices if mass is None else np.asarray(np.linalg.solve(mass, matrices))
-    values, _, right, left = eigensystem_with_slopes(state_matrices)
-    return Eigensystem(values, right, left if mass is None else left @ np.linalg.inv(mass))
+    """Eigenvalues and eigenvectors of A, or of E^-1 F where mass matrices E, (m, n, n) or (1, n, n), are given."""
+    if mass is None:
+        values, _, right, left = eigensystem_with_slopes(matrices)
+        return Eigensystem(values, right, left)
+    inverse_mass = np.linalg.inv(mass)
+    values, _, right, left = eigensystem_with_slopes(inverse_mass @ matrices)
+    return Eigensystem(values, right, left @ inverse_mass)
 
 
 def eigensystem_with_slopes(matrices: Array, changes: Array | None = None, *, vectors: bool = True) -> Decomposition:

@@ -16,6 +16,7 @@ from bicycle.model.model_family import ModelFamily
 from studies.inference.parameter import Candidate, Coupling, UncertainParameter, couplings, stencil
 from tyre.ground.arrays import Array, Complex
 
+MEASUREMENT = "measurement."  # begins the key of each error of the measurement
 SPEED_SCALE = "measurement.speed_scale"  # true speed over recorded speed, minus 1
 SPEED_OFFSET = "measurement.speed_offset"  # true speed less the scaled recorded one, m/s
 WRONG = "wrong."  # WRONG + key: error of the value that the file states for the key
@@ -140,10 +141,20 @@ class Family:
         """Batch [theta, theta + h_k, theta - h_k ...] (2 p + 1, p) about ``theta`` (p,), and the steps h (p,)."""
         return stencil(self.unknowns, theta)
 
-    def coordinates(self, theta: Array) -> dict[str, tuple[int, float]]:
-        """Column and value of the coordinate that sets each parameter."""
-        numbers = theta.tolist()
-        return {key: (column, numbers[column]) for column, u in enumerate(self.unknowns) for key in u.sets}
+    def measurement_errors(self, theta: Array) -> dict[str, tuple[int, float]]:
+        """Column of the coordinate of each error of the measurement that floats, and its value at ``theta`` (p,)."""
+        return {key: (column, float(theta[column])) for key, column in self._columns_of_errors.items()}
+
+    @cached_property
+    def _columns_of_errors(self) -> dict[str, int]:
+        """Column of the coordinate that sets each error of the measurement."""
+        sets = [(key, column) for column, u in enumerate(self.unknowns) for key in u.sets]
+        return {key: column for key, column in sets if key.startswith(MEASUREMENT)}
+
+
+Part = Literal["dynamics", "input", "output"]
+Terms = list[tuple[Array, Array | Complex]]
+"""Matrices (p, 1 or k, rows, columns), each with the vectors (m, columns, q) that it is multiplied by."""
 
 
 class MatrixSlopes:
@@ -160,8 +171,9 @@ class MatrixSlopes:
         self.family, self.values = family, family.values(batch)
         self.true_speeds = family.true_speeds(self.values, speeds)
         self._all = family.matrices(self.values, self.true_speeds)
-        self._first = self._all.take(slice(1))
+        self._first = self._all.take(slice(1)) if slopes else self._all
         self.system: DescriptorStack = self._first(self.true_speeds[:1])
+        self.mass = self._first.mass[0]  # (1, n, n); (k, n, n) if the equations switch
 
     def difference(self, part: Array) -> Array:
         """Derivatives (p, ...) of a ``part`` (2 p + 1, ...) known of all bicycles."""
@@ -170,30 +182,40 @@ class MatrixSlopes:
 
     def apply(
         self,
-        matrix: Literal["dynamics", "input", "output"],
+        matrix: Part,
         at: NDArray[np.intp],
         x: Array | Complex,
         rows: list[int] | None = None,
     ) -> Complex:
         """dP x (m, p, rows, q) of a ``matrix`` P at the speeds with numbers ``at`` (m,), for ``x`` (m, columns, q)."""
+        return self._sum(self._changes(matrix, at, x, rows), matrix, at, x, rows)
+
+    def force(self, at: NDArray[np.intp], x: Complex, s: Complex) -> Complex:
+        """(dF - s dE) x, shape (m, p, n, q), at the speeds ``at`` (m,), for states ``x`` (m, n, q) and ``s`` (m,)."""
+        inertia = self.difference(self._all.mass), -s[:, None, None] * x
+        return self._sum([*self._changes("dynamics", at, x), inertia], "dynamics", at, x)
+
+    def _changes(self, matrix: Part, at: NDArray[np.intp], x: Array | Complex, rows: list[int] | None = None) -> Terms:
+        """Derivative of the coefficient of each power of the speed v, and ``x`` times that power."""
         polynomial: SpeedPolynomial = getattr(self._all, matrix)
         v, selected = self.true_speeds[0, at, None, None], slice(None) if rows is None else rows
-        change = {power: self.difference(part)[..., selected, :] for power, part in polynomial.items()}
-        product = _product([(part, v**power * x) for power, part in change.items()], at)
+        return [(self.difference(part)[..., selected, :], v**power * x) for power, part in polynomial.items()]
+
+    def _sum(
+        self, terms: Terms, matrix: Part, at: NDArray[np.intp], x: Array | Complex, rows: list[int] | None = None
+    ) -> Complex:
+        """Sum of ``terms`` and of what the coordinates do to the ``matrix`` through the true speed."""
+        product = _product(terms, at)
         if (speed_change := self.difference(self.true_speeds)).any():
+            selected = slice(None) if rows is None else rows
             per_speed: SpeedPolynomial = getattr(self._first, matrix).derivative
             product += (per_speed(self.true_speeds[:1])[0, at][:, selected] @ x)[:, None] * speed_change.T[
                 at, :, None, None
             ]
         return product
 
-    def force(self, at: NDArray[np.intp], x: Complex, s: Complex) -> Complex:
-        """(dF - s dE) x, shape (m, p, n, q), at the speeds ``at`` (m,), for states ``x`` (m, n, q) and ``s`` (m,)."""
-        inertia = self.difference(self._all.mass), -s[:, None, None] * x
-        return self.apply("dynamics", at, x) + _product([inertia], at)
 
-
-def _product(terms: list[tuple[Array, Array | Complex]], at: NDArray[np.intp]) -> Complex:
+def _product(terms: Terms, at: NDArray[np.intp]) -> Complex:
     """Sum (m, p, rows, q) of matrices (p, 1 or k, rows, columns), times vectors (m, columns, q)."""
     parts, vectors = zip(*terms, strict=True)
     left = np.moveaxis(np.concatenate(parts, -1), 0, 1)  # (1 or k, p, rows, all columns)

@@ -433,7 +433,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         """Real and imaginary parts, one after the other, as the sensors show them, and their derivatives."""
         family = self.family(candidates)
         gains, slope = responses(family, requested, theta, self.accelerometer, slopes=slopes)
-        errors = family.coordinates(theta)
+        errors = family.measurement_errors(theta)
         for names in (requested.inputs, requested.outputs):
             for name in dict.fromkeys(names):
                 acting = np.array(names) == name

@@ -246,7 +246,7 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     matrices = MatrixSlopes(family, theta, wanted.speeds, slopes)
     system = matrices.system
     names = family.symbolic.outputs
-    values, right, left = eigensystem(system.dynamics[0], mass=system.mass[0])
+    values, right, left = eigensystem(system.dynamics[0], mass=matrices.mass)
     chosen = match_roots(wanted, values)
     speed_index = wanted.at
 
@@ -266,13 +266,25 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
         gap = root[:, None] - values[speed_index]
         point = np.arange(len(speed_index))
         gap[point, chosen] = np.inf
-        dx = right[speed_index] @ (projected / gap[:, :, None])
-        dsignals = c @ dx + matrices.apply("output", speed_index, x[..., None], output_rows)[..., 0].swapaxes(1, 2)
+        to_signals = (
+            c @ right[speed_index] / gap[:, None]
+        )  # C dx: dx is the sum of x_i (u_i (dF - lambda dE) x) / gap_i
+        dsignals = to_signals @ projected
+        dsignals += matrices.apply("output", speed_index, x[..., None], output_rows)[..., 0].swapaxes(1, 2)
         derivatives[:, 0] = projected[point, chosen]
         derivatives[:, 1:] = (dsignals[:, 1:] - ratio[:, :, None] * dsignals[:, :1]) / signals[:, :1, None]
 
-    # Errors of the measurement, in the order in which they arise: mounting, sensors, identification.
-    errors = family.coordinates(theta)
+    errors = family.measurement_errors(theta)
+    if errors:
+        _apply_errors(computed, derivatives, errors)
+    return computed, derivatives
+
+
+def _apply_errors(computed: Complex, derivatives: Complex, errors: Mapping[str, tuple[int, float]]) -> None:
+    """Apply ``errors`` of mounting, sensors and identification in place, in the order in which they arise.
+
+    To eigenvalue and ratios ``computed`` (m, 3) and to their ``derivatives`` (m, 3, p).
+    """
     turn_ratios(computed[:, 1:], derivatives[:, 1:], errors)
     for r, name in enumerate(RATIOS, 1):
         for signal, power in ((name, 1), (LEAN, -1)):
@@ -286,7 +298,6 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
                 power=power,
             )
     apply_identification_errors(computed[:, 0], derivatives[:, 0], errors)
-    return computed, derivatives
 
 
 PAIRING = (

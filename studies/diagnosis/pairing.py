@@ -182,7 +182,8 @@ def _assign_roots(cost: Array, places: NDArray[np.intp]) -> NDArray[np.intp]:
     roots = cost.argmin(1)
     count = cost.shape[1]
     uses = np.bincount(places * count + roots, minlength=(places[-1] + 1) * count).reshape(-1, count)
-    for place in np.flatnonzero(uses.max(1) > 1):
-        here = slice(*np.searchsorted(places, (place, place + 1)))
-        roots[here] = scipy.optimize.linear_sum_assignment(cost[here])[1]
+    clashes = np.flatnonzero(uses.max(1) > 1)
+    bounds = np.searchsorted(places, [clashes, clashes + 1]).T.tolist()
+    for begin, end in bounds:
+        roots[begin:end] = scipy.optimize.linear_sum_assignment(cost[begin:end])[1]
     return np.asarray(roots)

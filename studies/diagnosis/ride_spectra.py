@@ -232,7 +232,7 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         self, family: Family, theta: Array, s: Complex, values: Complex, slope: Complex
     ) -> tuple[Complex, Complex]:
         """Gains (m, C, i) and slopes (m, p, C, i) as boxes that are turned and other sensors show them."""
-        errors = family.coordinates(theta)
+        errors = family.measurement_errors(theta)
         inputs = values.shape[2]
         if ROTATION[1] in errors:
             values, slope = self._turned(errors, values, slope)
