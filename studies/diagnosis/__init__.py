@@ -18,6 +18,7 @@ FILES = {
     "mistakes": ("delay_error", "gain_error", "speed_errors"), "modal": ("Modal", "ModalPoint"),
     "report": ("draw_all", "model_files", "named_rows", "page", "record", "terminal", "write_report"),
     "residual": ("PAIRS", "Residual", "Selector", "SpeedScale", "candidate", "fit_residual", "keys", "term_names"),
+    "ride_disturbances": ("Disturbances",), "ride_likelihood": ("SpectralMisfit",),
     "ride_reading": ("spectra_of_rides",), "ride_spectra": ("RideSpectra",),
     "rig_numbers": ("RigNumbers",), "rig_recordings": ("RigRecordings",), "rig_reference": ("Curve", "Reference"),
     "spectra": ("responses_of_runs",), "steer_spline": ("SteerSpline", "torque_jumps"),

@@ -1,0 +1,161 @@
+"""Kind ``ride_spectra``: Whittle's likelihood by its formula, derivatives by differences, reading and refusals."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studies.diagnosis import Disturbances, SpectralMisfit, read_measurement
+from tyre.ground import InputError
+
+EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "measurements" / "ride_spectra"
+STEP = 0.02
+
+
+def hermitian(rng, shape, size):
+    factor = rng.normal(size=(*shape, size, 7)) + 1j * rng.normal(size=(*shape, size, 7))
+    return factor @ factor.conj().swapaxes(-1, -2)
+
+
+@pytest.fixture(scope="module")
+def kind():
+    return read_measurement(EXAMPLE / "MEASUREMENT.toml").prepare()
+
+
+# ---- likelihood ----
+
+
+def test_squares_of_the_residuals_are_whittles_likelihood():
+    rng = np.random.default_rng(62401)
+    measured, model = hermitian(rng, (2, 4), 3), hermitian(rng, (2, 4), 3)
+    averages = rng.uniform(200, 400, (2, 4))  # so many that the correction for few is below 2 %
+    misfit = SpectralMisfit(measured, averages)
+    inverse = misfit.root_inverse
+    residual, _ = misfit.residual(inverse @ model @ inverse.conj().swapaxes(-1, -2))
+    logarithm = np.log(np.linalg.det(model).real / np.linalg.det(measured).real)
+    trace = np.trace(np.linalg.inv(model) @ measured, axis1=-2, axis2=-1).real
+    assert (residual**2).sum(-1) == pytest.approx(2 * averages * (logarithm + trace - 3), rel=0.02)
+
+
+def test_a_right_model_has_squares_of_mean_one():
+    """Complex Wishart matrices of 12 averages about the model."""
+    rng = np.random.default_rng(62402)
+    root = np.linalg.cholesky(hermitian(rng, (), 3))
+    noise = (rng.normal(size=(1, 4000, 3, 12)) + 1j * rng.normal(size=(1, 4000, 3, 12))) / np.sqrt(2)
+    samples = root @ noise
+    misfit = SpectralMisfit(samples @ samples.conj().swapaxes(-1, -2) / 12, np.full((1, 4000), 12.0))
+    inverse = misfit.root_inverse
+    residual, _ = misfit.residual(inverse @ root @ root.conj().T @ inverse.conj().swapaxes(-1, -2))
+    assert np.mean(residual**2) == pytest.approx(1.0, abs=0.03)
+
+
+def test_derivatives_are_those_of_differences():
+    rng = np.random.default_rng(62403)
+    misfit = SpectralMisfit(hermitian(rng, (1, 5), 3), np.full((1, 5), 20.0))
+    model, change = hermitian(rng, (1, 5), 3), hermitian(rng, (1, 5), 3)
+    inverse = misfit.root_inverse
+    model, change = (inverse @ part @ inverse.conj().swapaxes(-1, -2) for part in (model, change))
+    slopes = misfit.residual(model)[1].slopes(change[:, :, None])[..., 0]
+    after, before = (misfit.residual(model + sign * 1e-6 * change)[0] for sign in (1, -1))
+    assert slopes == pytest.approx((after - before) / 2e-6, abs=1e-5)
+
+
+def test_a_density_is_that_of_the_docstring():
+    disturbances = Disturbances(("steer_torque", "lean_torque"), np.ones(2), "nobody")
+    hertz = np.array([[[0.5, 1.0, 4.0]]])
+    z = np.zeros((1, len(disturbances.names)))
+    corner, power = 1.0, 1.0
+    shape = ((1 + 1 / corner**2) / (1 + (hertz / corner) ** 2)) ** power
+    density = disturbances.densities(z, hertz)
+    assert density[..., 0] == pytest.approx(0.3**2 * shape)
+    z[0, 0] = 0.5  # half a prior sd of the logarithm of the size
+    assert disturbances.densities(z, hertz)[..., 0] == pytest.approx(np.exp(2 * 0.5 * 2.0) * density[..., 0])
+
+
+# ---- the kind ----
+
+
+def test_the_slope_of_the_misfit_is_that_of_differences(kind):
+    theta = kind.nominal
+    residual, slopes = kind.residual((), theta)
+    force = 2 * residual @ slopes
+
+    def misfit(at):
+        return kind.settle((), at).fitted.objective.sum()
+
+    for column in (0, 8, len(theta) - 1):
+        step = np.zeros(len(theta))
+        step[column] = 0.02 * kind.nuisances[column].scale
+        difference = (misfit(theta + step) - misfit(theta - step)) / (2 * step[column])
+        assert force[column] == pytest.approx(difference, rel=0.1)
+
+
+def test_segments_channels_and_rider_are_stated(kind):
+    assert kind.channels == ("roll_rate_rad_s", "yaw_rate_rad_s", "steer_rate_rad_s")
+    assert kind.speeds.tolist() == [6.0, 9.0]
+    assert "a rider who steers, steer torque, lean torque" in " ".join(kind.notes)
+    assert len(kind.rows.places) == 2 * len(kind.rides.spectra[0].hertz) * 9
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return Path(shutil.copytree(EXAMPLE, tmp_path / "rides"))
+
+
+def rewrite(folder, old, new):
+    path = folder / "MEASUREMENT.toml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return path
+
+
+def with_torque(folder, torque_of):
+    """Write a recorded steer torque, made of the table (n, 4), into both rides."""
+    for name in ("ride_6.csv", "ride_9.csv"):
+        data = np.loadtxt(folder / name, delimiter=",", skiprows=1)
+        head = (folder / name).read_text(encoding="utf-8").partition("\n")[0] + ",steer_torque_N_m"
+        table = np.column_stack([data, torque_of(data)])
+        np.savetxt(folder / name, table, delimiter=",", header=head, comments="", fmt="%.5f")
+
+
+def test_a_torque_that_answers_the_motion_is_a_controllers(folder):
+    with_torque(folder, lambda data: -7.0 * data[:, 1])
+    kind = read_measurement(folder / "MEASUREMENT.toml")
+    assert kind.rides.disturbances.steering == "controller"
+    assert kind.rides.disturbances.controller_gains[:, 1] == pytest.approx(7.0, abs=1e-3)  # T = -gain roll rate
+    assert "steer_torque_N_m" not in kind.channels
+
+
+def test_any_other_torque_is_a_channel(folder):
+    rng = np.random.default_rng(62404)
+    with_torque(folder, lambda data: rng.normal(0, 0.3, len(data)).cumsum() * 0.02)
+    kind = read_measurement(folder / "MEASUREMENT.toml").prepare()
+    assert kind.channels[-1] == "steer_torque_N_m"
+    residual, slopes = kind.residual((), kind.nominal)
+    assert np.isfinite(residual).all()
+    assert slopes.shape == (len(residual), len(kind.nominal))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("rides = [", "rider = [", "no rides; write"),
+        ('{ file = "ride_6.csv", speed_m_s = 6.0 }', '{ file = "ride_6.csv" }', "no speed was recorded"),
+        ("[ride_spectra]\n", '[ride_spectra]\nsteering = "me"\n', "write 'rider', 'controller' or 'nobody'"),
+        ("[ride_spectra]\n", '[ride_spectra]\nsteering = "controller"\n', "needs the recorded steer_torque_N_m"),
+        ("[ride_spectra]\n", "[ride_spectra]\nlowest_Hz = 14.9\n", "4 are needed: ride longer"),
+    ],
+)
+def test_what_cannot_be_read_is_refused(folder, old, new, message):
+    with pytest.raises(InputError, match=message):
+        read_measurement(rewrite(folder, old, new))
+
+
+def test_one_channel_is_refused(folder):
+    for name in ("ride_6.csv", "ride_9.csv"):
+        data = np.loadtxt(folder / name, delimiter=",", skiprows=1)
+        np.savetxt(folder / name, data[:, :2], delimiter=",", header="time_s,roll_rate_rad_s", comments="")
+    with pytest.raises(InputError, match="record two of roll rate, yaw rate and steering"):
+        read_measurement(folder / "MEASUREMENT.toml")
