@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bicycle.identification.ride_spectrum import RideSpectrum
-from studies.diagnosis.ride_disturbances import NOBODY, Disturbances
+from studies.diagnosis.ride_disturbances import NOBODY, PLACE, PLACE_SPREAD, Disturbances
 from studies.diagnosis.ride_likelihood import SpectralMisfit
 from tyre.ground.arrays import Array, Complex
 
@@ -97,6 +97,13 @@ class Fitted:
     """Rides at some gains and disturbances z (R, k): residuals and their derivatives."""
 
     def __init__(self, rides: Rides, gains: Gains, z: Array) -> None:
+        mixed = rides.disturbances.mix(z)
+        gains = Gains(
+            gains.channels @ mixed[:, None, None],
+            gains.answered @ mixed[:, None, None],
+            gains.channel_slopes @ mixed[:, None, None, None],
+            gains.answered_slopes @ mixed[:, None, None, None],
+        )
         self.rides, self.gains, self.z = rides, gains, z
         s: Complex = np.asarray(2j * np.pi * rides.nodes)
         loop = rides.disturbances
@@ -154,6 +161,11 @@ class Fitted:
         changed = loop.density_slopes(self.z, rides.nodes).transpose(0, 1, 3, 4, 2) * weights
         by_spectra = (columns * changed[..., None, :]) @ columns.conj().swapaxes(-1, -2)
         parts = [by_spectra.reshape(*by_spectra.shape[:2], -1, *by_spectra.shape[4:])]
+        push = loop.inputs.index("lateral_push")
+        pushed = white[..., push] * self._weighted[..., push, None]
+        for name in PLACE:
+            half = np.einsum("rbqc,rbqd->rbcd", white[..., loop.inputs.index(name)], pushed.conj())
+            parts.append(PLACE_SPREAD * (half + half.conj().swapaxes(-1, -2))[:, :, None])
         if rides.disturbances.steering != NOBODY:
             changes = loop.answer_slopes(self.z, np.asarray(2j * np.pi * rides.nodes))
             steered = rides.misfit.whiten(self.gains.channels[..., :1])[..., 0]
