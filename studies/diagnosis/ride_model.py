@@ -28,6 +28,14 @@ class Gains:
     channel_slopes: Complex  # (R, b, q, p, C, i)
     answered_slopes: Complex  # (R, b, q, p, 4, i)
 
+    def replaced(self, rides: NDArray[np.bool_], other: "Gains") -> "Gains":
+        """Copy with the ``rides`` (R,) of the ``other``."""
+        chosen = {
+            name: np.where(rides.reshape(-1, *(1,) * (value.ndim - 1)), getattr(other, name), value)
+            for name, value in vars(self).items()
+        }
+        return Gains(**chosen)
+
 
 @dataclass(frozen=True, eq=False)
 class Rides:
@@ -130,6 +138,7 @@ class Fitted:
             if isinstance(value, np.ndarray):
                 chosen = rides.reshape(-1, *(1,) * (value.ndim - 1))
                 setattr(mixed, name, np.where(chosen, getattr(other, name), value))
+        mixed.gains = self.gains.replaced(rides, other.gains)  # they hold the place of the push
         mixed.axes = self.axes.replaced(rides, other.axes)
         return mixed
 
