@@ -17,7 +17,7 @@ HOME = {  # module -> the names that it gives to other rooms
         "CHANNELS", "INPUTS", "STEER", "STEER_TORQUE", "Run", "read_events", "read_forced", "read_run", "read_runs",
     ),
     "ride_recording": ("LeftOut", "Ride", "read_ride", "segment_rows"),
-    "ride_spectrum": ("RideSpectrum", "bands_between", "narrowest_band", "ride_spectrum"),
+    "tapered_spectra": ("RideSpectrum", "bands_between", "narrowest_band", "ride_spectrum"),
     "scatter": ("OWN_LINE", "Repeats", "about_one_speed", "repeats", "surprise"),
 }  # fmt: skip
 

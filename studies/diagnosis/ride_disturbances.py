@@ -34,6 +34,8 @@ CONTROLLER: Steering = "controller"
 NOBODY: Steering = "nobody"
 LARGEST = 60.0  # of a logarithm of a density: a trial far outside its prior
 FOLLOWS = 5e-4  # s; at 15 Hz it lags by 3 degrees
+PLACE = ("lean_torque", "yaw_moment")
+PLACE_SPREAD = 0.2  # m, prior sd of height and length by which the lateral push acts elsewhere than stated
 FLOOR_SPREAD = 1.0  # prior sd of the logarithm of a channel's noise
 
 
@@ -79,12 +81,13 @@ class Disturbances:
             CONTROLLER: ["frequency of the motor"],
             NOBODY: list[str](),
         }
-        return (*spectra, *loop[self.steering], *(f"noise of channel {k + 1}" for k in range(len(self.floors))))
+        place = [f"place of the push by {name}" for name in PLACE]
+        return (*spectra, *place, *loop[self.steering], *(f"noise of channel {k + 1}" for k in range(len(self.floors))))
 
     @cached_property
     def loop(self) -> slice:
         """Coordinates of the loop: gains and delay."""
-        first = 3 * len(self.inputs)
+        first = 3 * len(self.inputs) + len(PLACE)
         return slice(first, len(self.names) - len(self.floors))
 
     def starts(self) -> Array:
@@ -104,6 +107,14 @@ class Disturbances:
         """Disturbances of one ride."""
         gains = self.controller_gains
         return replace(self, controller_gains=None if gains is None else gains[number : number + 1])
+
+    def mix(self, z: Array) -> Array:
+        """Inputs (R, i, i) as they act: a push at another height or length is a push with a torque and a moment."""
+        mixed = np.tile(np.eye(len(self.inputs)), (len(z), 1, 1))
+        push = self.inputs.index("lateral_push")
+        for k, name in enumerate(PLACE):
+            mixed[:, self.inputs.index(name), push] = PLACE_SPREAD * z[:, 3 * len(self.inputs) + k]
+        return mixed
 
     def densities(self, z: Array, hertz: Array) -> Array:
         """Densities (R, b, q, inputs) of R rides at coordinates ``z`` (R, k), at ``hertz`` (R, b, q)."""

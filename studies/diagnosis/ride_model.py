@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.identification.ride_spectrum import RideSpectrum
-from studies.diagnosis.ride_disturbances import NOBODY, Disturbances
+from bicycle.identification.tapered_spectra import RideSpectrum
+from studies.diagnosis.ride_disturbances import NOBODY, PLACE, PLACE_SPREAD, Disturbances
 from studies.diagnosis.ride_likelihood import SpectralMisfit
 from tyre.ground.arrays import Array, Complex
 
@@ -98,13 +98,15 @@ class Fitted:
 
     def __init__(self, rides: Rides, gains: Gains, z: Array) -> None:
         self.rides, self.gains, self.z = rides, gains, z
+        self._mixed = rides.disturbances.mix(z)[:, None, None]
+        self._channels, self._answered = gains.channels @ self._mixed, gains.answered @ self._mixed
         s: Complex = np.asarray(2j * np.pi * rides.nodes)
         loop = rides.disturbances
         self._answers = loop.answers(z, s)
-        steered = gains.answered[..., 0]
+        steered = self._answered[..., 0]
         self._loop_gain = 1 + np.einsum("rbqk,rbqk->rbq", self._answers, steered)
-        self._torque = -np.einsum("rbqk,rbqki->rbqi", self._answers, gains.answered) / self._loop_gain[..., None]
-        self.closed = gains.channels + gains.channels[..., :1] * self._torque[..., None, :]
+        self._torque = -np.einsum("rbqk,rbqki->rbqi", self._answers, self._answered) / self._loop_gain[..., None]
+        self.closed = self._channels + self._channels[..., :1] * self._torque[..., None, :]
         self._white = rides.misfit.whiten(self.closed)
         self.densities = loop.densities(z, rides.nodes)  # (R, b, q, i)
         self._weighted = self.densities * rides.weights[:, None]
@@ -154,11 +156,16 @@ class Fitted:
         changed = loop.density_slopes(self.z, rides.nodes).transpose(0, 1, 3, 4, 2) * weights
         by_spectra = (columns * changed[..., None, :]) @ columns.conj().swapaxes(-1, -2)
         parts = [by_spectra.reshape(*by_spectra.shape[:2], -1, *by_spectra.shape[4:])]
+        push = loop.inputs.index("lateral_push")
+        pushed = white[..., push] * self._weighted[..., push, None]
+        for name in PLACE:
+            half = np.einsum("rbqc,rbqd->rbcd", white[..., loop.inputs.index(name)], pushed.conj())
+            parts.append(PLACE_SPREAD * (half + half.conj().swapaxes(-1, -2))[:, :, None])
         if rides.disturbances.steering != NOBODY:
             changes = loop.answer_slopes(self.z, np.asarray(2j * np.pi * rides.nodes))
-            steered = rides.misfit.whiten(self.gains.channels[..., :1])[..., 0]
+            steered = rides.misfit.whiten(self._channels[..., :1])[..., 0]
             # the torque on the handlebar changes by -(dg z + T dg z_steer) / (1 + g z_steer)
-            answered = self.gains.answered + self.gains.answered[..., :1] * self._torque[..., None, :]
+            answered = self._answered + self._answered[..., :1] * self._torque[..., None, :]
             torque = -(changes.swapaxes(-1, -2) @ answered) / self._loop_gain[..., None, None]  # (R, b, q, l, i)
             scaled = torque * self._weighted[..., None, :]
             back = scaled @ white.conj().swapaxes(-1, -2)  # (R, b, q, l, C)
@@ -172,11 +179,12 @@ class Fitted:
     @cached_property
     def slopes(self) -> Array:
         """Derivatives (R, b C^2, p) of the residuals by the coordinates of the bicycle, at fixed disturbances."""
-        gains = self.gains
-        by_answers = np.einsum("rbqk,rbqpki->rbqpi", self._answers, gains.answered_slopes)
+        mixed = self._mixed[:, :, :, None]
+        channel_slopes, answered_slopes = self.gains.channel_slopes @ mixed, self.gains.answered_slopes @ mixed
+        by_answers = np.einsum("rbqk,rbqpki->rbqpi", self._answers, answered_slopes)
         torque = -(by_answers + self._torque[..., None, :] * by_answers[..., :1]) / self._loop_gain[..., None, None]
-        change = gains.channel_slopes + gains.channel_slopes[..., :1] * self._torque[..., None, None, :]
-        change = change + gains.channels[..., None, :, :1] * torque[..., None, :]
+        change = channel_slopes + channel_slopes[..., :1] * self._torque[..., None, None, :]
+        change = change + self._channels[..., None, :, :1] * torque[..., None, :]
         rides, bands, nodes, p, channels, inputs = change.shape
         white = self.rides.misfit.whiten(change) * self._weighted[..., None, None, :]
         left = white.transpose(0, 1, 3, 4, 2, 5).reshape(rides, bands, p * channels, nodes * inputs)

@@ -9,7 +9,7 @@ import numpy as np
 
 from bicycle.identification.recording import CHANNELS, STEER_TORQUE, Run
 from bicycle.identification.ride_recording import Ride, is_steady, read_ride
-from bicycle.identification.ride_spectrum import bands_between, narrowest_band, ride_spectrum
+from bicycle.identification.tapered_spectra import bands_between, narrowest_band, ride_spectrum
 from studies.diagnosis.bicycle_kind import SPEED
 from studies.diagnosis.ride_disturbances import (
     ANSWERED,

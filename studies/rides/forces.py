@@ -36,6 +36,7 @@ FINE_HZ, COARSE_HZ = 0.02, 0.25  # steps of the frequencies of G, below and abov
 BEYOND = 80.0  # s of unknown motion in the circle that closes a record
 SHORT, FROM_END = 40.0, (0.0, 0.5, 2.0, 6.0)
 """s: length of a record on which the variance near its ends is found, and distances from an end."""
+STEP = 0.3  # sd: a whole one may lead to a ride that is unstable
 SOLVED, ROUGHLY, STEPS = 1e-3, 1e-2, 200  # relative errors of a solution, of one for a variance; most steps to it
 
 
@@ -196,10 +197,12 @@ class _Closed:
         at = z[None]
         nodes = self.hertz[None, :, None]
         answers = self.disturbances.answers(at, np.asarray(2j * np.pi * nodes))[0, :, 0]
-        torque = -np.einsum("fk,fki->fi", answers, self.answered)
-        torque /= (1 + np.einsum("fk,fk->f", answers, self.answered[..., 0]))[:, None]
-        y = self.channels + self.channels[..., :1] * torque[:, None]
-        x = self.wanted + self.wanted[..., :1] * torque[:, None]
+        mixed = self.disturbances.mix(at)[0]
+        channels, answered, wanted = self.channels @ mixed, self.answered @ mixed, self.wanted @ mixed
+        torque = -np.einsum("fk,fki->fi", answers, answered)
+        torque /= (1 + np.einsum("fk,fk->f", answers, answered[..., 0]))[:, None]
+        y = channels + channels[..., :1] * torque[:, None]
+        x = wanted + wanted[..., :1] * torque[:, None]
         density = self.disturbances.densities(at, nodes)[0, :, 0][:, None]
         y_h, x_h = y.conj().swapaxes(1, 2), x.conj().swapaxes(1, 2)
         noise = np.diag(self.disturbances.noise(at)[0])
@@ -246,10 +249,10 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
     gain = here.gain(z)
     error = np.diagonal(wanted, axis1=1, axis2=2).real - np.einsum("fxc,fxc->fx", gain, across.conj()).real
     shifts = [
-        (closed(final.theta + step_).gain(z + more) - closed(final.theta - step_).gain(z - more)) / 2
-        if step_.any()
-        else (here.gain(z + more) - here.gain(z - more)) / 2
-        for step_, more in _axes(settled.fitted, final, ride)
+        (closed(final.theta + part).gain(z + more) - closed(final.theta - part).gain(z - more)) / (2 * STEP)
+        if part.any()
+        else (here.gain(z + more) - here.gain(z - more)) / (2 * STEP)
+        for part, more in ((STEP * a, STEP * b) for a, b in _axes(settled.fitted, final, ride))
     ]
     sizes = np.diagonal(wanted, axis1=1, axis2=2).real
     return Smoother(hertz, recorded, across, sizes, np.maximum(error, 0.0), np.stack(shifts, 1))
