@@ -17,6 +17,7 @@ HOME = {  # module -> the names that it gives to other rooms
         "CHANNELS", "INPUTS", "STEER", "STEER_TORQUE", "Run", "read_events", "read_forced", "read_run", "read_runs",
     ),
     "ride_recording": ("LeftOut", "Ride", "read_ride", "segment_rows"),
+    "ride_wobble": ("Wobble", "identify_wobble"),
     "scatter": ("OWN_LINE", "Repeats", "about_one_speed", "repeats", "surprise"),
 }  # fmt: skip
 
