@@ -59,7 +59,7 @@ class Wobble:
     speed: float  # m/s, mean
     duration: float  # s, of all segments at this speed
     eigenvalue: complex = complex("nan+nanj")  # 1/s
-    sd: tuple[float, float] = (math.nan, math.nan)  # of both parts, 1/s: a 95 % interval is 1.96 of it to both sides
+    sd: tuple[float, float] = (math.nan, math.nan)  # of both parts, 1/s: 1.96 of it to both sides is the 95 % interval
     orders: tuple[int, ...] = ()  # in which the pole is the same
     rejected: str = ""  # why there is no row; empty if there is one
 
@@ -142,10 +142,10 @@ def _reject(wobble: Wobble, reason: str, **numbers: float | str) -> Wobble:
 def _weigh(wobble: Wobble, products: _Products, column: Column) -> Wobble:
     """Give eigenvalue and standard uncertainties of a pole; reject those that mean nothing."""
     eigenvalue, sd = _average_orders(products, column)
-    wobble = replace(wobble, eigenvalue=eigenvalue, sd=sd, orders=tuple(column))
+    wobble = replace(wobble, eigenvalue=eigenvalue, sd=(sd, sd), orders=tuple(column))
     decay = -eigenvalue.real
-    if sd[0] > MOST_DOUBT * decay:
-        return _reject(wobble, "doubtful", decay=decay, sd=sd[0], most=MOST_DOUBT)
+    if sd > MOST_DOUBT * decay:
+        return _reject(wobble, "doubtful", decay=decay, sd=sd, most=MOST_DOUBT)
     block = float(np.median(products.counts)) * products.step
     if decay * block < LEAST_DECAY_OF_BLOCK:
         return _reject(wobble, "slow", decay=decay, duration=wobble.duration)
@@ -259,11 +259,12 @@ def _hertz(column: Column) -> float:
     return float(np.mean([frequency_hz(root) for root in column.values()]))
 
 
-def _average_orders(products: _Products, column: Column) -> tuple[complex, tuple[float, float]]:
-    """Average a pole (1/s) over its orders, with the standard uncertainties of both parts.
+def _average_orders(products: _Products, column: Column) -> tuple[complex, float]:
+    """Average a pole (1/s) over its orders, with the standard uncertainty of either part (1/s).
 
     The weight of an order is the inverse of its variance by the jackknife. To the variance of the average that of the
-    orders about it is added: a low order is precise and may be biased.
+    orders about it is added: a low order is precise and may be biased. Both parts of a lightly damped pole have one
+    variance, decay / duration where the noise is white, so that it is estimated from both.
     """
     estimates = np.array([*column.values()])
     count = len(products.counts)
@@ -275,7 +276,6 @@ def _average_orders(products: _Products, column: Column) -> tuple[complex, tuple
     weights = 1 / (np.abs(deviations) ** 2).sum(0)
     weights /= weights.sum()
     average = complex(estimates @ weights)
-    jackknife = deviations @ weights * math.sqrt((count - 1) / count)
-    between = (estimates - average) * np.sqrt(weights)
-    both = np.concatenate([jackknife, between])
-    return average, (float(np.linalg.norm(both.real)), float(np.linalg.norm(both.imag)))
+    jackknife = (count - 1) / count * float((np.abs(deviations @ weights) ** 2).sum())
+    between = float(weights @ np.abs(estimates - average) ** 2)
+    return average, math.sqrt((jackknife + between) / 2)

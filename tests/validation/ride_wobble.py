@@ -36,7 +36,7 @@ def lightly_damped(leg: Leg, band: tuple[float, float], most: float) -> list[com
 
 
 def draw_leg(cell: str, rng: Random, number: int) -> Leg:
-    """A bicycle, a speed and a rider, as the cell wants them; the front frame is rigid in every fourth, in "none" in all.
+    """A bicycle, a speed and a rider, as the cell wants them; every fourth front frame is rigid, in "none" all are.
 
     In the other cells the least damped pole of the band decays by 0.3 to 8 1/s.
     """
