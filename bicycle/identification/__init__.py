@@ -17,8 +17,9 @@ HOME = {  # module -> the names that it gives to other rooms
         "CHANNELS", "INPUTS", "STEER", "STEER_TORQUE", "Run", "read_events", "read_forced", "read_run", "read_runs",
     ),
     "ride_recording": ("LeftOut", "Ride", "read_ride", "segment_rows"),
-    "tapered_spectra": ("RideSpectrum", "bands_between", "narrowest_band", "ride_spectrum"),
+    "ride_wobble": ("Wobble", "identify_wobble"),
     "scatter": ("OWN_LINE", "Repeats", "about_one_speed", "repeats", "surprise"),
+    "tapered_spectra": ("RideSpectrum", "bands_between", "narrowest_band", "ride_spectrum"),
 }  # fmt: skip
 
 __getattr__, __dir__ = room(__name__, HOME)

@@ -1,7 +1,7 @@
-"""``velotyre modal``: eigenvalues from raw free decays, as a modal table for ``velotyre diagnose``."""
+"""``velotyre modal``: eigenvalues from free decays or rides, as a modal table for ``velotyre diagnose``."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -50,6 +50,9 @@ UNUSED = (
 @click.option(
     "--drift", help="Drift: none, constant, parabola, exponential or parabola-exponential; default: by evidence."
 )
+@click.option(
+    "--ride", is_flag=True, help="Estimate wobble from ordinary riding without an impulse, RIDE.csv or RIDE.csv@4.8."
+)
 @click.option("--out", "out_file", metavar="TABLE.csv", help="Write the modal table.")
 @click.option("--figures", type=FOLDER, help="Folder for a picture of each fit.")
 def command(
@@ -64,6 +67,8 @@ def command(
     drift: str | None,
     out_file: str | None,
     figures: Path | None,
+    *,
+    ride: bool,
 ) -> None:
     from contextlib import nullcontext
 
@@ -75,8 +80,13 @@ def command(
     from studies.reporting.output import print_table
     from tyre.ground.errors import InputError
 
-    names = _names(mode, modes)
     channel_map = chosen_map(channels_file, channel_texts)
+    if ride:
+        of_decays = {"--mode": mode, "--modes": modes, "--from": first_s, "--to": last_s, "--drift": drift}
+        _refuse_of_decays({**of_decays, "--figures": figures})
+        _identify_rides(runs, channel_map, start_hz, out_file)
+        return
+    names = _names(mode, modes)
     events = name_apart([_read(argument, channel_map) for argument in runs])
     refuse_copies(events)
     window: dict[str, Any] = {"first_s": first_s, "last_s": float("inf") if last_s is None else last_s}
@@ -111,6 +121,45 @@ def command(
         if out_file:
             raise InputError(unused)
         click.echo(f"note: {unused}", err=True)
+
+
+def _refuse_of_decays(values: Mapping[str, object]) -> None:
+    """Refuse an option of free decays that was given with --ride."""
+    from tyre.ground.errors import InputError
+
+    given = [option for option, value in values.items() if value]
+    if given:
+        raise InputError(f"{given[0]} is an option of free decays; with --ride leave it out")
+
+
+def _identify_rides(texts: Sequence[str], channel_map: Any, start_hz: float | None, out_file: str | None) -> None:
+    """Print the wobble of rides at each speed, and write its modal table."""
+    from bicycle.identification.ride_recording import read_ride
+    from bicycle.identification.ride_wobble import identify_wobble
+    from studies.model_space.run_argument import ride_file_and_speed
+    from studies.reporting.output import print_table
+    from studies.rides.wobble import HEADERS, notes_of_wobble, wobble_cells
+    from tyre.ground.errors import InputError
+    from tyre.recordings.draft import looking
+
+    wobbles: list[Any] = []
+    for text in texts:
+        file, speed = ride_file_and_speed(text)
+        with looking(file):
+            ride = read_ride(file, speed, channel_map=channel_map)
+        for note in ride.notes:
+            click.echo(f"note: {ride.name}: {note}", err=True)
+        for sentence in ride.left_out:
+            click.echo(f"left out: {ride.name}: {sentence}")
+        wobbles += identify_wobble(ride, start_hz=start_hz)
+    for note in notes_of_wobble(wobbles):
+        click.echo(f"note: {note}", err=True)
+    print_table([wobble_cells(wobble) for wobble in wobbles], HEADERS)
+    rows = [wobble.row() for wobble in wobbles if not wobble.rejected]
+    if rows and out_file:
+        _write(rows, out_file)
+    elif out_file:
+        raise InputError(f"no speed has a row of wobble, {out_file} is not written; see the judgements above")
 
 
 def _names(mode: str | None, modes: str | None) -> list[str]:

@@ -1,10 +1,11 @@
-"""Ordinary rides: what moved the bicycle, and what its tyres did."""
+"""Ordinary rides: what moved the bicycle, what its tyres did, and its wobble."""
 
 from tyre.ground.door import room
 
 HOME = {
     "forces": ("Record", "SegmentForces", "segment_forces"),
     "estimate": ("LINEAR_SHARE", "RideForces", "ride_forces"),
+    "wobble": ("HEADERS", "notes_of_wobble", "wobble_cells"),
 }
 """Module -> the names that it gives to other rooms; each is imported when it is first used."""
 

@@ -27,6 +27,7 @@ TINY = {
     "standing": "--seed 3 --fronts 1 --holds 0 --sways 1 --workers 1",
     "rig-coverage": "--seed 99 --campaigns 1 --jobs 1",
     "ride-forces": "--seed 3 --rides 1 --duration 180",
+    "ride-wobble": "--seed 3 --rides 1 --restless 0 --none 0 --duration 80 --workers 1",
     "seated-taps": "--seed 5 --cases 1 --workers 1",
     "seated-rider": "--seed 2 --tables 1 --rides 0 --none 0 --workers 1",
 }
