@@ -5,6 +5,7 @@ from tyre.ground.door import room
 HOME = {
     "forces": ("Record", "SegmentForces", "segment_forces"),
     "estimate": ("LINEAR_SHARE", "RideForces", "ride_forces"),
+    "loop": ("LoopMode", "loop_modes"),
     "wobble": ("HEADERS", "notes_of_wobble", "wobble_cells"),
 }
 """Module -> the names that it gives to other rooms; each is imported when it is first used."""

@@ -252,13 +252,13 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
         (closed(final.theta + part).gain(z + more) - closed(final.theta - part).gain(z - more)) / (2 * STEP)
         if part.any()
         else (here.gain(z + more) - here.gain(z - more)) / (2 * STEP)
-        for part, more in ((STEP * a, STEP * b) for a, b in _axes(settled.fitted, final, ride))
+        for part, more in ((STEP * a, STEP * b) for a, b in uncertain_axes(settled.fitted, final, ride))
     ]
     sizes = np.diagonal(wanted, axis1=1, axis2=2).real
     return Smoother(hertz, recorded, across, sizes, np.maximum(error, 0.0), np.stack(shifts, 1))
 
 
-def _axes(fitted: Fitted, final: Fit, ride: int) -> list[tuple[Array, Array]]:
+def uncertain_axes(fitted: Fitted, final: Fit, ride: int) -> list[tuple[Array, Array]]:
     """Independent axes of what is uncertain, 1 sd each: changes of the coordinates (p,), and of the disturbances (k,).
 
     Disturbances follow the coordinates as they are most probable, and have a spread of their own about that.

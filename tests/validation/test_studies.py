@@ -35,6 +35,7 @@ SLOW = {"benchmark", "credit", "damaged-inputs", "every-bicycle", "field-cases",
 SLOW |= {"joint-diagnosis", "readings", "unmodelled-torque", "search-optimum", "sensitivity-mpmath", "sensor-faults"}
 SLOW |= {"hostile-values", "independent-derivation", "ridden", "ride-spectra", "sweep-scale", "under-a-rider"}
 SLOW |= {"standing-friction"}
+SLOW |= {"real-rides"}  # its own test is test_real_rides
 SLOW |= {"what-riders-report"}  # its own test is test_what_riders_report
 
 
