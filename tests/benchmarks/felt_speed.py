@@ -17,6 +17,7 @@ import numpy as np
 
 from bicycle import critical_speeds, modes
 from studies.diagnosis import diagnose, read_measurement
+from studies.sweep import build_sweep, run_sweep
 from tests.benchmarks.test_speed import COUNT, tyre_model
 from tests.validation.blind import histories
 from tests.validation.blind.generator import modal_case
@@ -139,6 +140,25 @@ def history() -> Iterator[Row]:
         histories.CHANNELS.update(channels)
 
 
+def sweep() -> Iterator[Row]:
+    """Growth rates of 100,000 bicycles at one speed, written to a file."""
+    content = {
+        "model": {
+            "bicycle": "benchmark",
+            "effects": {"relaxation_length": {"cornering_stiffness": 6302.5, "relaxation_length": 0.1}},
+        },
+        "samples": 100_000,
+        "sampled": {"mB": {"sd": 1.0}, "xB": {"sd": 0.01}, "c": {"sd": 0.002}},
+        "outputs": ["max_growth_rate"],
+        "grid": {"speed_m_s": [5.0]},
+    }
+    with tempfile.TemporaryDirectory() as name:
+        begin = time.process_time()
+        run_sweep(build_sweep(content), Path(name) / "sweep.zarr")
+        seconds = time.process_time() - begin
+    yield "sweep of 100,000 bicycles", f"{seconds:.2f} s", ""
+
+
 def commands() -> Iterator[Row]:
     """Commands from the shell, imports included."""
     with tempfile.TemporaryDirectory() as folder:
@@ -149,7 +169,7 @@ def commands() -> Iterator[Row]:
         yield "run", f"{command_time('run', '--workers', '1', '--out', 'out', folder=folder):.1f} s", ""
 
 
-ROWS = {each.__name__: each for each in (eigenvalues, names, critical, modal, history, commands)}
+ROWS = {each.__name__: each for each in (eigenvalues, names, critical, modal, history, sweep, commands)}
 
 
 def main(chosen: list[str]) -> None:
