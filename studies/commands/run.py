@@ -57,10 +57,10 @@ def command(
         why = "is a file" if out.strip() else "is no folder name"
         raise InputError(f"--out {out!r} {why}; give a folder to write into, for example out")
     settings = settings_of(model_file, **inputs)
-    from studies.main_study import answer, on_a_terminal, record, run_and_write  # draws: not before it may begin
-
     with results(folder):
         check_targets(json=json_file)
+        from studies.main_study import answer, on_a_terminal, record, run_and_write  # slow: not before it may begin
+
         study, first, report = run_and_write(settings, folder, workers=workers or min(os.cpu_count() or 1, 4))
         if json_file:
             write_json(record(study, answer(study)), json_file)

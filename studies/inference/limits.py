@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy
 from scipy.special import log_ndtr, ndtr, ndtri, ndtri_exp
 
 from studies.inference.fit import Fit, prior, spread
@@ -132,4 +131,11 @@ def size_limit(mean: float) -> float:
     offset = abs(mean)
     if offset > 10.0:  # the other side is empty
         return offset + float(ndtri(RULES.level))
-    return float(scipy.optimize.brentq(lambda x: ndtr(x - offset) - ndtr(-x - offset) - RULES.level, 0, offset + 10))
+    low, high = 0.0, offset + 10
+    for _ in range(60):  # halved until nothing is left; to import scipy.optimize takes longer
+        middle = (low + high) / 2
+        if ndtr(middle - offset) - ndtr(-middle - offset) < RULES.level:
+            low = middle
+        else:
+            high = middle
+    return high
