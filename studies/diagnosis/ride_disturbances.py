@@ -32,6 +32,7 @@ Steering = Literal["rider", "controller", "nobody"]
 RIDER: Steering = "rider"
 CONTROLLER: Steering = "controller"
 NOBODY: Steering = "nobody"
+FARTHEST = 12.0  # of the logarithm of a corner: it lies far outside the band
 LARGEST = 60.0  # of a logarithm of a density: a trial far outside its prior
 FOLLOWS = 5e-4  # s; at 15 Hz it lags by 3 degrees
 PLACE = ("lean_torque", "yaw_moment")
@@ -129,7 +130,7 @@ class Disturbances:
     def _log_densities(self, z: Array, hertz: Array) -> tuple[Array, Array]:
         x = z[:, : 3 * len(self.inputs)].reshape(len(z), 1, 1, -1, 3)
         size = np.log([SIZES[name] for name in self.inputs]) + SIZE_SPREAD * x[..., 0]
-        corner = CORNER * np.exp(CORNER_SPREAD * x[..., 1])
+        corner = CORNER * np.exp(np.clip(CORNER_SPREAD * x[..., 1], -FARTHEST, FARTHEST))
         power = POWER + POWER_SPREAD * x[..., 2]
         squared = (hertz[..., None] / corner) ** 2
         fall = np.log1p(1 / corner**2) - np.log1p(squared)

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import count
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -62,6 +63,7 @@ def _with_nothing(slopes: Complex) -> Complex:
 
 UNSTABLE = 0.3  # 1/s: a ride of minutes whose motion grows faster is none
 DEMERIT = 20.0  # of a misfit, of disturbances that make the bicycle unstable
+EVERY = 3  # accepted points of a fit, of which one is looked at from all starts
 WORTH = 0.1  # of a misfit: other disturbances that lower it by less are the same
 
 
@@ -289,7 +291,8 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         settled = self._last_settled.get((names, theta.tobytes()), settle)
         if anew and not settled.anew:
             fitted = settled.fitted
-            if (self.growth(candidates, theta, fitted.z) > UNSTABLE).any():
+            due = next(self._looks) % EVERY == 0
+            if due or (self.growth(candidates, theta, fitted.z) > UNSTABLE).any():
                 fitted = self._from_all_starts(candidates, theta, fitted)
                 settled = self._settled(names, theta, fitted)
             settled = replace(settled, anew=True)
@@ -336,6 +339,11 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
             closed = loop.closed_loop(solved[:, :-1], solved[:, -1], stack.output[0, ride][motion], z[ride], ride)
             poles.append(np.linalg.eigvals(closed).astype(complex))
         return poles
+
+    @cached_property
+    def _looks(self) -> Iterator[int]:
+        """Numbers of the looks for other disturbances, of which every third is taken in any case."""
+        return count(1)
 
     @cached_property
     def _last_settled(self) -> LastAnswer[Settled]:

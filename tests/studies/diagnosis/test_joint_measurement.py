@@ -152,7 +152,7 @@ def test_what_simulate_writes_of_a_bicycle_with_a_motor_is_explained_by_it(tmp_p
 @pytest.mark.parametrize(("change", "words"), [
     (lambda t: t.replace(MODES, ""), r"one \[\[part\]\] only: write \[\[part\]\] .*kind and .* two or more"),
     (lambda t: t.replace('kind = "joint"', 'kind = "joint"\npart = 3').split("[[part]]")[0], "must be tables:"),
-    (lambda t: t.replace("part.modal", "part.modals"), "known: .* frequency_response, histories, kind"),
+    (lambda t: t.replace("part.modal", "part.modals"), "known: .* frequency_response, hands, histories, kind"),
     (lambda t: t.replace("[uncertainty]", "[candidates.motor]\n[uncertainty]"), r"\[candidates.motor\]: unkn"),
     (lambda t: t.replace('name = "modes"', ""), "part 1.*: a part without a name; write"),
     (lambda t: t.replace('"modes"', '"a/b"'), "'a/b' must be a name in quotes without '/'"),
