@@ -6,6 +6,7 @@ has a damping ratio below 0.3). Counted: how often a row is given, its error, ho
 pole, and rows that are wrong and sure: more than 4 standard uncertainties from every pole.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -97,7 +98,7 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         "rides": len(judged),
         "errors": [row["error"] for row in rows if row["error"]],
         "given": share(len(given), len(judged)),
-        "why_not": sorted(row["why"] for row in judged if not row["given"]),
+        "without_a_row": dict(Counter(row["why"] for row in judged if not row["given"])),
     }
     if given:
         errors = np.array([row["error"] for row in given])
