@@ -100,8 +100,8 @@ Column = dict[int, complex]
 def identify_wobble(ride: Ride, *, start_hz: float | None = None) -> tuple[Wobble, ...]:
     """Wobble of a ride at each of its speeds, of the segments of nearly one speed together.
 
-    Of several poles the one nearest to ``start_hz`` (Hz) is taken. The result is ordered by speed. Raises InputError
-    where ``start_hz`` is outside the band of wobble.
+    Of several poles the one nearest to ``start_hz`` (Hz) is taken; without it several sound ones give no row. The
+    result is ordered by speed. Raises InputError where ``start_hz`` is outside the band of wobble.
     """
     if start_hz is not None and not LOWEST_HZ <= start_hz <= HIGHEST_HZ:
         raise InputError(f"start_hz = {start_hz:g} is outside the band of wobble, {LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz")
@@ -127,11 +127,14 @@ def _identify(name: str, runs: Sequence[Run], start_hz: float | None) -> Wobble:
     columns = _stable_columns(_poles_by_order(products, products.mean()))
     if not columns:
         return _reject(wobble, "no pole", low=LOWEST_HZ, high=HIGHEST_HZ, least=FEWEST_ORDERS)
-    if len(columns) > 1 and start_hz is None:
-        hertz = " and ".join(f"{_hertz(column):.2f}" for column in sorted(columns, key=_hertz))
+    weighed = [_weigh(wobble, products, column) for column in columns]
+    if start_hz is not None:
+        return min(weighed, key=lambda found: abs(_hertz(found.eigenvalue) - start_hz))
+    sound = [found for found in weighed if not found.rejected]
+    if len(sound) > 1:
+        hertz = " and ".join(f"{value:.2f}" for value in sorted(_hertz(found.eigenvalue) for found in sound))
         return _reject(wobble, "several", hertz=hertz, least=FEWEST_ORDERS)
-    column = min(columns, key=lambda column: abs(_hertz(column) - (start_hz or 0.0)))
-    return _weigh(wobble, products, column)
+    return (sound or weighed)[0]
 
 
 def _reject(wobble: Wobble, reason: str, **numbers: float | str) -> Wobble:
@@ -233,17 +236,17 @@ def _stable_columns(poles: dict[int, Complex]) -> list[Column]:
 
 def _without_doubles(columns: Sequence[Column]) -> Iterator[Column]:
     """Keep the longest of the columns of one frequency, whose pole was lost at some order and came again."""
-    kept: list[Column] = []
+    kept: list[float] = []  # Hz
     for column in sorted(columns, key=len, reverse=True):
-        if all(abs(_hertz(column) / _hertz(other) - 1) > 3 * SAME_FREQUENCY for other in kept):
-            kept.append(column)
+        hertz = _hertz(complex(np.mean([*column.values()])))
+        if all(abs(hertz / other - 1) > 3 * SAME_FREQUENCY for other in kept):
+            kept.append(hertz)
             yield column
 
 
 def _may_be_wobble(root: complex) -> bool:
     """Whether frequency and damping ratio of a pole (1/s) are those of wobble."""
-    hertz = float(frequency_hz(root))
-    return LOWEST_HZ <= hertz <= HIGHEST_HZ and 0 < float(damping_ratio(root)) < MOST_DAMPED
+    return LOWEST_HZ <= _hertz(root) <= HIGHEST_HZ and 0 < float(damping_ratio(root)) < MOST_DAMPED
 
 
 def _is_same(one: complex, other: complex) -> bool:
@@ -254,9 +257,9 @@ def _is_same(one: complex, other: complex) -> bool:
     return abs(other.imag / one.imag - 1) < SAME_FREQUENCY and same_damping
 
 
-def _hertz(column: Column) -> float:
-    """Mean frequency of a pole, Hz."""
-    return float(np.mean([frequency_hz(root) for root in column.values()]))
+def _hertz(root: complex) -> float:
+    """Frequency of a pole (1/s), Hz."""
+    return float(frequency_hz(root))
 
 
 def _average_orders(products: _Products, column: Column) -> tuple[complex, float]:
