@@ -32,7 +32,7 @@ Steering = Literal["rider", "controller", "nobody"]
 RIDER: Steering = "rider"
 CONTROLLER: Steering = "controller"
 NOBODY: Steering = "nobody"
-FARTHEST = 12.0  # of the logarithm of a corner: it lies far outside the band
+FARTHEST = 12.0  # of the logarithm of a corner or of a frequency of the loop: it lies far outside the band
 LARGEST = 60.0  # of a logarithm of a density: a trial far outside its prior
 FOLLOWS = 5e-4  # s; at 15 Hz it lags by 3 degrees
 PLACE = ("lean_torque", "yaw_moment")
@@ -164,7 +164,9 @@ class Disturbances:
         x = z[:, self.loop]
         ridden = self.controller_gains is None
         gains = x[:, len(ARMS) : -1] * GAINS if self.controller_gains is None else self.controller_gains
-        frequency = (MUSCLES if ridden else MOTOR) * np.exp(MUSCLES_SPREAD * x[:, -1])[:, None, None]
+        frequency = (MUSCLES if ridden else MOTOR) * np.exp(np.clip(MUSCLES_SPREAD * x[:, -1], -FARTHEST, FARTHEST))[
+            :, None, None
+        ]
         ratio = s / frequency
         muscles = 1 / (1 + 2 * ZETA * ratio + ratio**2)
         by_frequency = MUSCLES_SPREAD * muscles**2 * (2 * ZETA * ratio + 2 * ratio**2)
@@ -185,14 +187,17 @@ class Disturbances:
             closed[range(n, n + 2), range(n, n + 2)] = -1.0
             return closed
         x = z[self.loop]
-        gains, frequency = np.zeros(4), MOTOR * np.exp(MUSCLES_SPREAD * x[-1])
+        gains, frequency = np.zeros(4), MOTOR * np.exp(np.clip(MUSCLES_SPREAD * x[-1], -FARTHEST, FARTHEST))
         if self.controller_gains is not None:
             gains = self.controller_gains[ride]
         else:
             arms = np.zeros(4)
             arms[list(ARMS)] = x[: len(ARMS)] * list(ARMS.values())
             closed[:n, :n] -= np.outer(steered, arms @ motion)
-            gains, frequency = x[len(ARMS) : -1] * GAINS, MUSCLES * np.exp(MUSCLES_SPREAD * x[-1])
+            gains, frequency = (
+                x[len(ARMS) : -1] * GAINS,
+                MUSCLES * np.exp(np.clip(MUSCLES_SPREAD * x[-1], -FARTHEST, FARTHEST)),
+            )
         closed[:n, n] = -steered
         closed[n, n + 1] = 1.0
         closed[n + 1, :n] = frequency**2 * (gains @ motion)

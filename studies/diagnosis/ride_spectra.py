@@ -337,7 +337,8 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
                 stack.mass[0, ride], np.hstack([stack.dynamics[0, ride], stack.input[0, ride][:, [steered]]])
             )
             closed = loop.closed_loop(solved[:, :-1], solved[:, -1], stack.output[0, ride][motion], z[ride], ride)
-            poles.append(np.linalg.eigvals(closed).astype(complex))
+            trial = np.isfinite(closed).all()  # a bicycle without numbers is as unstable as can be
+            poles.append(np.linalg.eigvals(closed).astype(complex) if trial else np.array([complex(np.inf)]))
         return poles
 
     @cached_property
