@@ -77,7 +77,7 @@ class Rides:
             diagonal = np.diagonal(normal, axis1=1, axis2=2)[:, None] * identity
             step = np.linalg.solve(normal + damping[:, None, None] * diagonal, force[..., None])[..., 0]
             step *= np.minimum(1.0, LONGEST / np.abs(step).max(1, keepdims=True))
-            tried = Fitted(self, gains, z - step)
+            tried = Fitted(self, gains, z - np.nan_to_num(step))
             gained = state.objective - tried.objective
             better = gained > 0
             promised = np.abs((force * step).sum(1))  # decrease that the linearised residuals promise, or more

@@ -63,6 +63,7 @@ def _with_nothing(slopes: Complex) -> Complex:
 
 UNSTABLE = 0.3  # 1/s: a ride of minutes whose motion grows faster is none
 DEMERIT = 20.0  # of a misfit, of disturbances that make the bicycle unstable
+FAR_OFF = 12.0  # prior sd: no disturbance is sought further off
 EVERY = 3  # accepted points of a fit, of which one is looked at from all starts
 WORTH = 0.1  # of a misfit: other disturbances that lower it by less are the same
 
@@ -357,9 +358,8 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         latest_names, latest_theta, latest = self._latest[0]
         led = latest.z
         if latest_names == names:
-            led = led + latest.follow(theta - latest_theta)
-        if latest_names == names:
-            return led
+            moved = led + latest.follow(theta - latest_theta)
+            return np.where(np.isfinite(moved).all(1, keepdims=True), np.clip(moved, -FAR_OFF, FAR_OFF), self._first)
         objectives = [Fitted(self.rides, gains, z).objective for z in (self._first, led)]
         return np.where((objectives[1] < objectives[0])[:, None], led, self._first)
 
