@@ -171,3 +171,22 @@ def test_one_channel_is_refused(folder):
         np.savetxt(folder / name, data[:, :2], delimiter=",", header="time_s,roll_rate_rad_s", comments="")
     with pytest.raises(InputError, match="record two of roll rate, yaw rate and steering"):
         read_measurement(folder / "MEASUREMENT.toml")
+
+
+PART = '[[part]]\nname = "{name}"\nkind = "ride_spectra"\n[part.ride_spectra]\nrides = [{ride}]\n'
+
+
+def test_two_parts_of_joint_data_are_worth_two_rides(folder):
+    """Disturbances belong to a ride: of the bicycle that was ridden, the misfits of two parts add to that of both."""
+    rewrite(folder, "\n[ride_spectra]\n", f"{FRONT}\n[ride_spectra]\n")
+    text = (folder / "MEASUREMENT.toml").read_text(encoding="utf-8")
+    head, _, rides = text.partition("[ride_spectra]")
+    slow, fast = [line.strip().rstrip(",") for line in rides.splitlines() if "file" in line]
+    parts = PART.format(name="slow", ride=slow) + PART.format(name="fast", ride=fast)
+    (folder / "joint.toml").write_text(head.replace('"ride_spectra"', '"joint"') + parts, encoding="utf-8")
+    joint = read_measurement(folder / "joint.toml").prepare()
+    alone = read_measurement(folder / "MEASUREMENT.toml").prepare()
+    together, slopes = joint.residual((), alone.nominal)
+    residual, _ = alone.residual((), alone.nominal)
+    assert slopes.shape == (len(residual), len(alone.nominal))
+    assert together @ together == pytest.approx(residual @ residual, rel=0.01)
