@@ -20,10 +20,10 @@ from tyre.ground.arrays import Array, Complex
 
 SIZES = {"steer_torque": 0.3, "lean_torque": 5.0, "lateral_push": 5.0, "yaw_moment": 2.0}
 """Input -> prior median of the root of its density at 1 Hz, N m or N per root of Hz."""
-SIZE_SPREAD, CORNER_SPREAD, POWER_SPREAD = 2.0, 1.0, 0.5  # prior sd: logarithms of size and corner, and power
+SIZE_SPREAD, CORNER_SPREAD, POWER_SPREAD = 2.0, 1.0, 1.0  # prior sd: logarithms of size and corner, and power
 CORNER, POWER = 1.0, 1.0  # prior median of the corner, Hz; prior mean of the power
 ANSWERED = ("lean", "lean_rate", "steer", "steer_rate")
-GAINS = (20.0, 10.0, 20.0, 3.0)  # prior sd of the muscles' gains, N m/rad and N m s/rad
+GAINS = (60.0, 30.0, 60.0, 9.0)  # prior sd of the muscles' gains, N m/rad and N m s/rad: of a firm rider
 ARMS = {2: 20.0, 3: 3.0}  # prior sd of the arms' stiffness and damping, N m/rad and N m s/rad, by place in ANSWERED
 MUSCLES, MUSCLES_SPREAD = 2 * np.pi * 2.17, 0.7  # rad/s, prior median of w; sd of its logarithm
 MOTOR = 2 * np.pi * 10.0  # rad/s, prior median of the same lag of a motor that a controller drives
@@ -32,7 +32,7 @@ Steering = Literal["rider", "controller", "nobody"]
 RIDER: Steering = "rider"
 CONTROLLER: Steering = "controller"
 NOBODY: Steering = "nobody"
-FARTHEST = 12.0  # of the logarithm of a corner or of a frequency of the loop: it lies far outside the band
+FARTHEST = 12.0  # of the logarithm of a corner or of the muscles' frequency: it lies far outside the band
 LARGEST = 60.0  # of a logarithm of a density: a trial far outside its prior
 FOLLOWS = 5e-4  # s; at 15 Hz it lags by 3 degrees
 PLACE = ("lean_torque", "yaw_moment")
@@ -91,18 +91,11 @@ class Disturbances:
         first = 3 * len(self.inputs) + len(PLACE)
         return slice(first, len(self.names) - len(self.floors))
 
-    def starts(self) -> Array:
-        """Coordinates (starts, k) from which the most probable ones are sought: arms of no, some and much damping.
-
-        The muscles steer into the fall. Other starts end in loops that fit as well as they can, but less.
-        """
-        if self.steering != RIDER:
-            return np.zeros((1, len(self.names)))
-        starts = np.zeros((3, len(self.names)))
-        starts[:, self.names.index("torque of the arms by steer_rate")] = (0.0, 0.5, 1.0)
-        starts[:, self.names.index("torque of the muscles by lean")] = -0.3
-        starts[:, self.names.index("torque of the muscles by lean_rate")] = -0.2
-        return starts
+    def draw(self, count: int, seed: int) -> Array:
+        """Coordinates (count, k) drawn from the prior, those of the noise as usual."""
+        drawn = np.random.default_rng(seed).standard_normal((count, len(self.names)))
+        drawn[:, len(self.names) - len(self.floors) :] = 0.0
+        return drawn
 
     def of_ride(self, number: int) -> "Disturbances":
         """Disturbances of one ride."""
@@ -164,9 +157,7 @@ class Disturbances:
         x = z[:, self.loop]
         ridden = self.controller_gains is None
         gains = x[:, len(ARMS) : -1] * GAINS if self.controller_gains is None else self.controller_gains
-        frequency = (MUSCLES if ridden else MOTOR) * np.exp(np.clip(MUSCLES_SPREAD * x[:, -1], -FARTHEST, FARTHEST))[
-            :, None, None
-        ]
+        frequency = (MUSCLES if ridden else MOTOR) * _factor_of(x[:, -1])[:, None, None]
         ratio = s / frequency
         muscles = 1 / (1 + 2 * ZETA * ratio + ratio**2)
         by_frequency = MUSCLES_SPREAD * muscles**2 * (2 * ZETA * ratio + 2 * ratio**2)
@@ -187,17 +178,14 @@ class Disturbances:
             closed[range(n, n + 2), range(n, n + 2)] = -1.0
             return closed
         x = z[self.loop]
-        gains, frequency = np.zeros(4), MOTOR * np.exp(np.clip(MUSCLES_SPREAD * x[-1], -FARTHEST, FARTHEST))
+        gains, frequency = np.zeros(4), MOTOR * _factor_of(x[-1])
         if self.controller_gains is not None:
             gains = self.controller_gains[ride]
         else:
             arms = np.zeros(4)
             arms[list(ARMS)] = x[: len(ARMS)] * list(ARMS.values())
             closed[:n, :n] -= np.outer(steered, arms @ motion)
-            gains, frequency = (
-                x[len(ARMS) : -1] * GAINS,
-                MUSCLES * np.exp(np.clip(MUSCLES_SPREAD * x[-1], -FARTHEST, FARTHEST)),
-            )
+            gains, frequency = x[len(ARMS) : -1] * GAINS, MUSCLES * _factor_of(x[-1])
         closed[:n, n] = -steered
         closed[n, n + 1] = 1.0
         closed[n + 1, :n] = frequency**2 * (gains @ motion)
@@ -207,3 +195,8 @@ class Disturbances:
     def noise(self, z: Array) -> Array:
         """Noise densities (R, C), unit^2/Hz."""
         return np.asarray(self.floors * np.exp(2 * FLOOR_SPREAD * z[:, len(self.names) - len(self.floors) :]))
+
+
+def _factor_of(coordinate: Array) -> Array:
+    """Factor on the usual frequency of the muscles or of the motor."""
+    return np.asarray(np.exp(np.clip(MUSCLES_SPREAD * coordinate, -FARTHEST, FARTHEST)))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studies.diagnosis import read_measurement
 from tests.validation import ride_forces, ride_spectra
 from tests.validation.ride_generator import draw_legs, ride, scale_colours
 
@@ -66,3 +67,24 @@ def test_a_case_of_spectra_hides_what_its_cell_says(cell):
     assert bicycle.hidden == {"damper": ("steer_damper",), "compliance": ("front_compliance",)}.get(cell, ())
     assert bool(bicycle.outside) == (cell == "outside")
     assert set(case.truth) == set(ride_spectra.ASKED)
+
+
+def test_a_short_ride_tells_the_rear_tyre(tmp_path):
+    """The study's own way to the engine: a ride of one minute at one speed, the bicycle known."""
+    case = ride_spectra.draw_case("known", 5, 0, duration=60.0, speeds=(7.0,))
+    row = {}
+    ride_spectra.estimate(read_measurement(str(ride_spectra.write_case(case, tmp_path))).prepare(), row)
+    key = "relaxation_length.cornering_stiffness.rear"
+    assert abs(row["values"][key] - case.truth[key]) < 3 * row["sd"][key]
+    assert row["sd"][key] < 0.05 * case.truth[key]  # 15 % before the ride
+    assert 0.6 < row["misfit"] < 1.4
+
+
+def test_uncertainties_of_a_case_are_those_of_its_drawing():
+    sd = ride_spectra.stated_sd(ride_spectra.draw_case("default", 6, 0, duration=1.0))
+    known = ride_spectra.stated_sd(ride_spectra.draw_case("known", 6, 0, duration=1.0))
+    assert known["IBxx"] == 0 < sd["IBxx"]
+    assert set(ride_spectra.ASKED) <= set(sd)
+    assert "front_compliance.stiffness" not in ride_spectra.stated_sd(
+        ride_spectra.draw_case("compliance", 6, 0, duration=1.0)
+    )
