@@ -116,16 +116,17 @@ def own_columns(
     *,
     quantities: Mapping[str, str] = QUANTITIES,
     hint: str = "",
+    missing: bool = False,
 ) -> tuple[Record, list[str]]:
     """Read a CSV in the columns above and ``further`` ones, with the places of its samples.
 
-    A refusal drafts a channel map of ``quantities``, after a ``hint``.
+    A refusal drafts a channel map of ``quantities``, after a ``hint``. Values may be ``missing``: NaN.
     """
     if path.suffix.casefold() not in ("", ".csv"):
         refuse_unmapped(path, quantities)
     numbers = ("time_s", *CHANNELS, *SAME, *INPUTS, *further)
     try:
-        columns = read_columns(path, numbers=numbers, needed=("time_s", *needed))
+        columns = read_columns(path, numbers=numbers, needed=("time_s", *needed), blank=numbers[1:] if missing else ())
     except InputError as error:  # a fault in one line of the file needs no channel map
         words = "" if f"{path}, line" in str(error) else draft_words(path, quantities)
         raise InputError(f"{error}; {hint}or give a channel map: {words}") if words else error from error

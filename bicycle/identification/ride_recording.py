@@ -197,7 +197,7 @@ def _when(first: float, last: float, piece: str) -> str:
 def _read(path: Path, channel_map: ChannelMap | None) -> list[_Stretch]:
     """Read the pieces of a file, checked but for their times."""
     if channel_map is None:
-        record, lines = own_columns(path, (SPEED, KM_H, PIECE), quantities=RIDE_QUANTITIES)
+        record, lines = own_columns(path, (SPEED, KM_H, PIECE), quantities=RIDE_QUANTITIES, missing=True)
         wholes = list(_pieces(record, lines))
     else:
         refuse_other_motions(path, channel_map, RIDE_QUANTITIES)
@@ -209,10 +209,19 @@ def _read(path: Path, channel_map: ChannelMap | None) -> list[_Stretch]:
     for name in wholes[0].record.values:  # over all pieces: a sensor may rest in one of them
         joined = {name: np.concatenate([whole.record.values[name] for whole in wholes])}
         valid = np.isfinite(joined[name])
+        for column, values in by_column(replace(wholes[0].record, values=joined)).items():
+            _refuse_empty(path, column, values)
         places = [place for whole in wholes for place in whole.places]
         numbers = by_column(replace(wholes[0].record, values={name: joined[name][valid]}))
         check_values(str(path), numbers, [places[k] for k in np.flatnonzero(valid)])
+    if wholes[0].speed is not None:
+        _refuse_empty(path, "the speed", np.concatenate([np.asarray(whole.speed) for whole in wholes]))
     return wholes
+
+
+def _refuse_empty(path: Path, column: str, values: Array) -> None:
+    if not np.isfinite(values).any():
+        raise InputError(f"{path}: {column} holds no number; leave the column out")
 
 
 def _stretch(record: Record, piece: str, places: Sequence[str] = ()) -> _Stretch:

@@ -9,7 +9,7 @@ import numpy as np
 
 from bicycle.identification.recording import CHANNELS, STEER_TORQUE, Run
 from bicycle.identification.ride_recording import Ride, is_steady, read_ride
-from bicycle.identification.tapered_spectra import bands_between, narrowest_band, ride_spectrum
+from bicycle.identification.tapered_spectra import RideSpectrum, bands_between, narrowest_band, ride_spectrum
 from studies.diagnosis.bicycle_kind import SPEED
 from studies.diagnosis.ride_disturbances import (
     ANSWERED,
@@ -31,6 +31,7 @@ from tyre.ground.schema import any_table, anything, list_of, maybe, needed, numb
 LOWEST_HZ, HIGHEST_HZ = 0.2, 15.0
 SAME_MOTION = {"steer_rate_rad_s": "steer_rad", "lean_rad": "roll_rate_rad_s"}
 """Channel -> another that holds the same motion, which is used in its place."""
+DEPENDENT = 1e-10  # smallest eigenvalue of the coherences in a band, below which a channel is a sum of others
 ANSWERS_ALL = 0.95  # share of a torque that answers the motion, from which on a controller gave it
 HOW = "write [[ride_spectra.rides]] with file, and speed_m_s where the file has no speed"
 RIDE = table(
@@ -97,7 +98,7 @@ def spectra_of_rides(
     Raises
     ------
     InputError
-        Fewer than two channels that all segments have, or segments that are too short for the channels.
+        Fewer than two channels that all segments have, a channel that copies others, or too short segments.
     """
     runs = [run for ride in rides for run in ride.segments]
     channels, notes = _channels(runs)
@@ -119,6 +120,8 @@ def spectra_of_rides(
             f"of {max(widths):.2g} Hz; 4 are needed: ride longer at one speed, or raise highest_Hz"
         )
     spectra = tuple(ride_spectrum(_name(group), group, channels, bands, speed=_mean_speed(group)) for group in groups)
+    for spectrum in spectra:
+        _refuse_dependent(spectrum)
     floors = np.array([_floor(runs, name) for name in channels])
     disturbances = Disturbances(tuple(SIZES), floors, who, gains if who == CONTROLLER else None)
     left_out = tuple(f"{ride.name}: {sentence}" for ride in rides for sentence in ride.left_out)
@@ -145,6 +148,22 @@ def _channels(runs: Sequence[Run]) -> tuple[tuple[str, ...], tuple[str, ...]]:
             "moved the bicycle; record two of roll rate, yaw rate and steering, better all three"
         )
     return tuple(used), tuple(notes)
+
+
+def _refuse_dependent(spectrum: RideSpectrum) -> None:
+    """Refuse a channel that is a copy of another or a sum of others: it shows nothing and has no noise of its own."""
+    size = np.sqrt(np.diagonal(spectrum.values, axis1=1, axis2=2).real)
+    scale = np.maximum(size, np.finfo(float).tiny)
+    values, axes = np.linalg.eigh(spectrum.values / (scale[:, :, None] * scale[:, None]))
+    band = int(np.argmin(values[:, 0]))
+    if values[band, 0] > DEPENDENT:
+        return
+    share = np.abs(axes[band, :, 0])
+    names = [name for name, part in zip(spectrum.channels, share, strict=True) if part > 0.1]
+    raise InputError(
+        f"{spectrum.name}: at {spectrum.hertz[band]:.3g} Hz {', '.join(names)} hold the same motion without any noise "
+        "of their own; leave a copied or computed channel out"
+    )
 
 
 def _by_speed(runs: Sequence[Run]) -> list[tuple[Run, ...]]:

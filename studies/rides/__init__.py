@@ -3,7 +3,7 @@
 from tyre.ground.door import room
 
 HOME = {
-    "forces": ("Record", "SegmentForces", "segment_forces"),
+    "forces": ("Record", "SegmentForces", "segment_forces", "thinned"),
     "estimate": ("LINEAR_SHARE", "RideForces", "ride_forces"),
     "loop": ("LoopMode", "loop_modes"),
     "wobble": ("HEADERS", "notes_of_wobble", "wobble_cells"),

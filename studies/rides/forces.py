@@ -8,14 +8,15 @@ gives, at the ends too; offsets of the sensors are estimated along. The numbers 
 disturbances are those that fit the spectra; their remaining uncertainty moves G, and that moves the estimate.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from bicycle.identification.recording import CHANNELS
+from bicycle.identification.recording import CHANNELS, STEER_TORQUE, Run
 from studies.diagnosis.family import Family
 from studies.diagnosis.harmonic_response import gain_matrices
 from studies.diagnosis.ride_disturbances import ANSWERED, Disturbances, SlipVelocities
@@ -31,6 +32,7 @@ WANTED = (
     "front_slip_velocity",
 )  # and the lateral push
 FASTEST_HZ = 25.0  # forces that change faster are not followed
+ENOUGH_HZ = 4 * FASTEST_HZ  # samples that are enough for them; a faster recording takes memory and shows no more
 SLOWEST_HZ, RATIO = 5e-4, 1.1  # lowest frequency of G; below 0.2 Hz, where G falls as 1/f, each is 10 % above the last
 FINE_HZ, COARSE_HZ = 0.02, 0.25  # steps of the frequencies of G, below and above the highest of the spectra
 BEYOND = 80.0  # s of unknown motion in the circle that closes a record
@@ -227,19 +229,23 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
     hertz = _grid(float(spectrum.hertz[-1]), step)
     base = kind.family(final.candidates)
     family = Family(base.base.with_effect(SlipVelocities()), base.nuisances, base.candidates, base.settings)
-    signals = [CHANNELS[name] for name in kind.channels]
+    signals = [CHANNELS[name] for name in kind.channels if name != STEER_TORQUE]
     outputs = list(dict.fromkeys([*signals, *ANSWERED, *WANTED]))
     speed = np.full(len(hertz), spectrum.speed)
     inputs = list(kind.rides.disturbances.inputs)
+
+    def itself(name: str) -> Array:
+        """Gains (f, 1, i) of an input that is itself a signal."""
+        return np.tile(np.eye(len(inputs))[[inputs.index(name)]], (len(hertz), 1, 1))
 
     def closed(theta: Array) -> _Closed:
         values, _ = gain_matrices(family, theta, speed, hertz, inputs, outputs, slopes=False)
         channels, answered, wanted = (
             values[:, [outputs.index(name) for name in names]] for names in (signals, ANSWERED, WANTED)
         )
-        push = np.zeros((len(hertz), 1, len(inputs)))
-        push[..., inputs.index("lateral_push")] = 1.0
-        wanted = np.concatenate([wanted, push], 1)
+        if STEER_TORQUE in kind.channels:  # the last channel
+            channels = np.concatenate([channels, itself("steer_torque")], 1)
+        wanted = np.concatenate([wanted, itself("lateral_push")], 1)
         return _Closed(channels, answered, wanted, kind.rides.disturbances.of_ride(ride), hertz)
 
     settled = kind.settle(final.candidates, final.theta)
@@ -277,13 +283,27 @@ def uncertain_axes(fitted: Fitted, final: Fit, ride: int) -> list[tuple[Array, A
     return axes + alone
 
 
+def thinned(run: Run) -> Run:
+    """Keep every so many samples of a ``run``, 100 a second or more, low-passed before; a slower one as it is."""
+    every = int(1 / (ENOUGH_HZ * run.step) + 1e-6)
+    if every < 2:
+        return run
+
+    def thin(signals: Mapping[str, Array]) -> dict[str, Array]:
+        return {k: np.asarray(scipy.signal.resample_poly(x, 1, every, padtype="line")) for k, x in signals.items()}
+
+    return replace(run, time=run.time[::every], channels=thin(run.channels), inputs=thin(run.inputs))
+
+
 def segment_forces(kind: RideSpectra, final: Fit) -> tuple[SegmentForces, ...]:
     """Forces and slip angles along each segment of the rides of ``kind``, whose spectra ``final`` fits."""
     estimates = []
-    for ride, runs in enumerate(kind.segments):
+    for ride, segments in enumerate(kind.segments):
+        runs = [thinned(run) for run in segments]
         smoother = smoother_of(kind, final, ride, runs[0].step)
         for run in runs:
-            signals = np.stack([run.channels[name] for name in kind.channels])
+            recorded = {**run.channels, **run.inputs}
+            signals = np.stack([recorded[name] for name in kind.channels])
             value, sd = smoother.apply(signals, run.step)
             speed = kind.rides.spectra[ride].speed
             slip, slip_sd = -value[2:4] / speed, sd[2:4] / speed

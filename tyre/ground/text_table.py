@@ -101,6 +101,9 @@ def fast_numbers(
     return [frame[place].to_numpy() for place in places] if complete else None
 
 
+NO_NUMBER = ("", "nan", "NaN", "NAN")
+
+
 @dataclass(frozen=True)
 class Columns:
     """Columns with numbers and with words, and the line of each row in the file."""
@@ -191,8 +194,9 @@ class Cells:
         column = self.column(place)
         numbers = np.array([number_in(cell, decimal=decimal) for cell in column])
         for row in np.flatnonzero(~np.isfinite(numbers)):
-            if not missing or (np.isnan(numbers[row]) and column[row] not in missing):
-                wanted_kind = "number" if missing else "finite number; correct it or take the row out"
+            endless = self.logged and np.isinf(numbers[row])
+            if not missing or not (endless or column[row] in missing):
+                wanted_kind = "number" if self.logged and missing else "finite number; correct it or take the row out"
                 where = f"{self.path}, line {self.rows[row + 1][0]}"
                 raise InputError(f"{where}: {self.header[place]} = {column[row][:40]!r} is not a {wanted_kind}")
         return numbers
@@ -205,8 +209,12 @@ def read_columns(
     texts: Sequence[str] = (),
     needed: Sequence[str],
     others: bool = False,
+    blank: Collection[str] = (),
 ) -> Columns:
-    """Read a CSV file with a header line; ``#`` outside quotes begins a comment, empty lines are passed over."""
+    """Read a CSV file with a header line; ``#`` outside quotes begins a comment, empty lines are passed over.
+
+    Cells of the ``blank`` columns may be empty or ``nan``: NaN.
+    """
     cells = read_cells(path, kind="table; paths are relative to the file that names it", example=", ".join(needed))
     header = cells.header
     if len(header) == 1 and (";" in header[0] or "\t" in header[0]):
@@ -228,7 +236,7 @@ def read_columns(
     if isinstance(numbers, Mapping):
         values = [cells.check_column(header.index(name), numbers[name]) for name in names]
     else:
-        values = cells.numbers([header.index(name) for name in names])
+        values = [cells.numbers([header.index(name)], missing=NO_NUMBER if name in blank else ())[0] for name in names]
     words = {name: cells.column(place) for place, name in enumerate(header) if name in texts}
     return Columns(dict(zip(names, values, strict=True)), words, tuple(line for line, _ in cells.rows[1:]))
 

@@ -158,6 +158,29 @@ def test_missing_samples_and_a_dead_sensor_are_left_out(tmp_path):
     assert ride.segments[0].speed == pytest.approx(5)
 
 
+@pytest.mark.parametrize("cell", ["", "nan"])
+def test_an_empty_cell_is_a_missing_sample(tmp_path, cell):
+    path = write(tmp_path / "r.csv", times(60), roll_rate_rad_s=np.sin(times(60)))
+    lines = path.read_text().splitlines()
+    place = lines[0].split(",").index("roll_rate_rad_s")
+    for k in range(1 + 25 * RATE, 1 + 26 * RATE):
+        cells = lines[k].split(",")
+        cells[place] = cell
+        lines[k] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+    ride = read_ride(path, 5.0)
+    assert ride.left_out == ("A channel is missing from 25 to 25.95 s.",)
+    assert len(ride.segments) == 2
+
+
+@pytest.mark.parametrize("column", ["yaw_rate_rad_s", "speed_m_s"])
+def test_a_column_without_a_number_is_refused(tmp_path, column):
+    time = times(30)
+    path = write(tmp_path / "r.csv", time, **{"speed_m_s": held((30, 5)), column: np.full(len(time), np.nan)})
+    with pytest.raises(InputError, match="holds no number; leave the column out"):
+        read_ride(path, 5.0)
+
+
 @pytest.mark.parametrize(
     ("columns", "speed", "words"),
     [

@@ -7,8 +7,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import velotyre as vt
-from bicycle.identification import read_ride
-from studies.rides import LINEAR_SHARE, Record
+from bicycle.identification import Run, read_ride
+from studies.rides import LINEAR_SHARE, Record, thinned
 
 TYRE = vt.RelaxationLength(cornering_stiffness={"rear": 8000.0, "front": 4000.0}, relaxation_length=0.1)
 MODEL = """bicycle = "benchmark"
@@ -92,6 +92,33 @@ def test_shapes_shares_and_bands(forces):
     slip = np.array([np.convolve(s, slow, "valid") for s in segment.slip])
     slope = (force * slip).sum(1) / (slip**2).sum(1)
     assert slope == pytest.approx([8000, 4000], rel=0.25)
+
+
+def test_a_recorded_steer_torque_of_a_rider_is_used(folder, forces):
+    table = pd.read_csv(folder / "ride.csv")
+    table["steer_torque_N_m"] = 0.3 * np.random.default_rng(6201).standard_normal((len(table), 2))[:, 0]  # as applied
+    table[:1100].to_csv(folder / "torque.csv", index=False)
+    found = vt.ride_forces(folder / "model.toml", (folder / "torque.csv", SPEED), steering="rider", grip=0.7)
+    known, blind = found.segments[0].force[1, 100:1000], forces.segments[0].force[1, 100:1000]
+    assert np.sqrt(((known - blind) ** 2).mean()) < 0.5 * np.sqrt((blind**2).mean())
+
+
+def test_a_fast_recording_is_thinned_without_aliases():
+    time = np.arange(0, 20, 1 / 2000)
+    motion = 0.2 + np.sin(2 * np.pi * 3 * time)
+    run = Run("fast", 5.0, time, {"roll_rate_rad_s": motion + np.sin(2 * np.pi * 98 * time)}, {})
+    slow = thinned(run)
+    assert np.diff(slow.time) == pytest.approx(0.01)
+    assert slow.channels["roll_rate_rad_s"][50:-50] == pytest.approx(motion[::20][50:-50], abs=0.01)
+    assert thinned(slow) is slow
+
+
+def test_a_copied_channel_is_refused(folder):
+    table = pd.read_csv(folder / "ride.csv")
+    table["steer_rate_rad_s"] = -2 * table.roll_rate_rad_s + 0.1
+    table.to_csv(folder / "copied.csv", index=False)
+    with pytest.raises(vt.InputError, match="Hz roll_rate_rad_s, steer_rate_rad_s hold the same motion"):
+        vt.ride_forces(vt.Model("benchmark", TYRE), (folder / "copied.csv", SPEED))
 
 
 def test_command_writes_table_and_figure(printed, folder):
