@@ -32,6 +32,7 @@ Steering = Literal["rider", "controller", "nobody"]
 RIDER: Steering = "rider"
 CONTROLLER: Steering = "controller"
 NOBODY: Steering = "nobody"
+SLOW = (-1.0, -1.5, 1.0)  # size, corner and power of an input that falls above 0.2 Hz, in prior sd
 FARTHEST = 12.0  # of the logarithm of a corner or of the muscles' frequency: it lies far outside the band
 LARGEST = 60.0  # of a logarithm of a density: a trial far outside its prior
 FOLLOWS = 5e-4  # s; at 15 Hz it lags by 3 degrees
@@ -96,6 +97,19 @@ class Disturbances:
         drawn = np.random.default_rng(seed).standard_normal((count, len(self.names)))
         drawn[:, len(self.names) - len(self.floors) :] = 0.0
         return drawn
+
+    def with_usual_inputs(self, z: Array) -> Array:
+        """Coordinates ``z`` (k,), and the same with each input in turn as it usually is, and slow: (starts, k)."""
+        starts = np.tile(z, (1 + 2 * len(self.inputs), 1))
+        for k in range(len(self.inputs)):
+            starts[1 + 2 * k, 3 * k : 3 * k + 3] = 0.0
+            starts[2 + 2 * k, 3 * k : 3 * k + 3] = SLOW
+        return starts
+
+    def repeated(self, times: int) -> "Disturbances":
+        """Disturbances of the same rides, one after the other, all of them several ``times``."""
+        gains = self.controller_gains
+        return replace(self, controller_gains=None if gains is None else np.tile(gains, (times, 1)))
 
     def of_ride(self, number: int) -> "Disturbances":
         """Disturbances of one ride."""

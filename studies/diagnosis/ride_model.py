@@ -28,6 +28,16 @@ class Gains:
     channel_slopes: Complex  # (R, b, q, p, C, i)
     answered_slopes: Complex  # (R, b, q, p, 4, i)
 
+    def of_ride(self, number: int) -> "Gains":
+        """Those of one ride."""
+        parts = (self.channels, self.answered, self.channel_slopes, self.answered_slopes)
+        return Gains(*(part[number : number + 1] for part in parts))
+
+    def repeated(self, times: int) -> "Gains":
+        """The same several ``times``, without derivatives."""
+        channels, answered = (np.tile(part, (times, *(1,) * 4)) for part in (self.channels, self.answered))
+        return Gains(channels, answered, channels[:, :, :, None][:, :, :, :0], answered[:, :, :, None][:, :, :, :0])
+
 
 @dataclass(frozen=True, eq=False)
 class Rides:
@@ -60,6 +70,14 @@ class Rides:
         spectra = tuple(replace(ride, values=ride.values * np.outer(factors, factors)) for ride in self.spectra)
         floors = self.disturbances.floors * factors**2
         return replace(self, spectra=spectra, disturbances=replace(self.disturbances, floors=floors))
+
+    def of_ride(self, number: int) -> "Rides":
+        """One of the rides."""
+        return replace(self, spectra=(self.spectra[number],), disturbances=self.disturbances.of_ride(number))
+
+    def repeated(self, times: int) -> "Rides":
+        """The same rides, one after the other, all of them several ``times``."""
+        return replace(self, spectra=self.spectra * times, disturbances=self.disturbances.repeated(times))
 
     def at_speeds(self, factor: float) -> "Rides":
         """Copy with all speeds times ``factor``."""

@@ -23,6 +23,7 @@ from studies.diagnosis.ride_disturbances import ANSWERED, Disturbances, SlipVelo
 from studies.diagnosis.ride_model import Fitted
 from studies.diagnosis.ride_spectra import RideSpectra
 from studies.inference.fit import Fit
+from studies.rides.tops import tops_of
 from tyre.ground.arrays import Array, Complex
 
 WANTED = (
@@ -251,9 +252,9 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
     settled = kind.settle(final.candidates, final.theta)
     z = settled.fitted.z[ride]
     here = closed(final.theta)
-    wanted, across, recorded = here.spectra(z)
-    gain = here.gain(z)
-    error = np.diagonal(wanted, axis1=1, axis2=2).real - np.einsum("fxc,fxc->fx", gain, across.conj()).real
+    wanted, _, recorded = here.spectra(z)
+    tops, weights = tops_of(kind.rides.of_ride(ride), settled.fitted.gains.of_ride(ride), z)
+    gain, error, spread = _over_tops(here, tops, weights)
     shifts = [
         (closed(final.theta + part).gain(z + more) - closed(final.theta - part).gain(z - more)) / (2 * STEP)
         if part.any()
@@ -261,7 +262,22 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
         for part, more in ((STEP * a, STEP * b) for a, b in uncertain_axes(settled.fitted, final, ride))
     ]
     sizes = np.diagonal(wanted, axis1=1, axis2=2).real
-    return Smoother(hertz, recorded, across, sizes, np.maximum(error, 0.0), np.stack(shifts, 1))
+    return Smoother(hertz, recorded, gain @ recorded, sizes, error, np.stack([*shifts, *spread], 1))
+
+
+def _over_tops(closed: _Closed, tops: Array, weights: Array) -> tuple[Complex, Array, list[Complex]]:
+    """Mean gain (f, X, C) and error (f, X) over sets of disturbances ``tops`` (t, k) with ``weights`` (t,).
+
+    The third are changes of the gain whose squares add up to its variance over the sets.
+    """
+    gains = [closed.gain(z) for z in tops]
+    mean = np.asarray(sum(weight * gain for weight, gain in zip(weights, gains, strict=True)))
+    error = np.zeros(mean.shape[:2])
+    for z, gain, weight in zip(tops, gains, weights, strict=True):
+        wanted, across, _ = closed.spectra(z)
+        left = np.diagonal(wanted, axis1=1, axis2=2).real - np.einsum("fxc,fxc->fx", gain, across.conj()).real
+        error += weight * np.maximum(left, 0.0)
+    return mean, error, [np.sqrt(weight) * (gain - mean) for gain, weight in zip(gains, weights, strict=True)]
 
 
 def uncertain_axes(fitted: Fitted, final: Fit, ride: int) -> list[tuple[Array, Array]]:
