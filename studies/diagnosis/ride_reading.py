@@ -31,6 +31,7 @@ from tyre.ground.schema import any_table, anything, list_of, maybe, needed, numb
 LOWEST_HZ, HIGHEST_HZ = 0.2, 15.0
 SAME_MOTION = {"steer_rate_rad_s": "steer_rad", "lean_rad": "roll_rate_rad_s"}
 """Channel -> another that holds the same motion, which is used in its place."""
+LEAST = 1e-12  # SI unit per root of Hz, below which a channel holds nothing
 DEPENDENT = 1e-10  # smallest eigenvalue of the coherences in a band, below which a channel is a sum of others
 ANSWERS_ALL = 0.95  # share of a torque that answers the motion, from which on a controller gave it
 HOW = "write [[ride_spectra.rides]] with file, and speed_m_s where the file has no speed"
@@ -105,10 +106,12 @@ def spectra_of_rides(
     groups = _by_speed(runs)
     gains, share = _answers(groups, channels)
     who = _who_steers(steering, ridden, gains, share)
-    if STEER_TORQUE in runs[0].inputs and share < ANSWERS_ALL and who == RIDER:
+    if _torque_varies(groups) and share < ANSWERS_ALL and who == RIDER:
         channels = (*channels, STEER_TORQUE)
     elif gains is not None and who == CONTROLLER:
         notes += (f"{share:.1%} of the recorded steer torque answers the motion: it is a controller's",)
+    elif gains is not None and not _torque_varies(groups):
+        notes += (f"{STEER_TORQUE} is not used: it is constant at one speed or more",)
     durations = [sum(run.step * len(run.time) for run in group) for group in groups]
     nyquist = 0.4 / max(run.step for run in runs)
     shortest = groups[int(np.argmin(durations))]
@@ -153,8 +156,13 @@ def _channels(runs: Sequence[Run]) -> tuple[tuple[str, ...], tuple[str, ...]]:
 def _refuse_dependent(spectrum: RideSpectrum) -> None:
     """Refuse a channel that is a copy of another or a sum of others: it shows nothing and has no noise of its own."""
     size = np.sqrt(np.diagonal(spectrum.values, axis1=1, axis2=2).real)
-    scale = np.maximum(size, np.finfo(float).tiny)
-    values, axes = np.linalg.eigh(spectrum.values / (scale[:, :, None] * scale[:, None]))
+    if (size < LEAST).any():
+        band, channel = np.unravel_index(np.argmin(size), size.shape)
+        raise InputError(
+            f"{spectrum.name}: {spectrum.channels[channel]} shows nothing at {spectrum.hertz[band]:.3g} Hz; "
+            "correct its unit, or leave it out"
+        )
+    values, axes = np.linalg.eigh(spectrum.values / (size[:, :, None] * size[:, None]))
     band = int(np.argmin(values[:, 0]))
     if values[band, 0] > DEPENDENT:
         return
@@ -205,6 +213,14 @@ def _answers(groups: Sequence[Sequence[Run]], channels: Sequence[str]) -> tuple[
 
 def _centred(signal: Array) -> Array:
     return np.asarray(signal - signal.mean())
+
+
+def _torque_varies(groups: Sequence[Sequence[Run]]) -> bool:
+    """True if a steer torque was recorded at every speed, and was changed."""
+    return all(
+        all(STEER_TORQUE in run.inputs for run in group) and any(np.ptp(run.inputs[STEER_TORQUE]) > 0 for run in group)
+        for group in groups
+    )
 
 
 def _who_steers(steering: str, ridden: bool, gains: Array | None, share: float) -> Steering:  # noqa: FBT001

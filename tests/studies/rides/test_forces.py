@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 import velotyre as vt
 from bicycle.identification import Run, read_ride
+from studies.diagnosis import spectra_of_rides
 from studies.rides import LINEAR_SHARE, Record, thinned
 
 TYRE = vt.RelaxationLength(cornering_stiffness={"rear": 8000.0, "front": 4000.0}, relaxation_length=0.1)
@@ -119,6 +120,17 @@ def test_a_copied_channel_is_refused(folder):
     table.to_csv(folder / "copied.csv", index=False)
     with pytest.raises(vt.InputError, match="Hz roll_rate_rad_s, steer_rate_rad_s hold the same motion"):
         vt.ride_forces(vt.Model("benchmark", TYRE), (folder / "copied.csv", SPEED))
+
+
+def test_a_dead_steer_torque_is_not_used_and_a_silent_channel_is_refused(folder):
+    table = pd.read_csv(folder / "ride.csv").assign(steer_torque_N_m=0.0)
+    table.to_csv(folder / "dead.csv", index=False)
+    found = spectra_of_rides([read_ride(folder / "dead.csv", SPEED)], ridden=True)
+    assert "steer_torque_N_m" not in found.rides.spectra[0].channels
+    assert "steer_torque_N_m is not used: it is constant at one speed or more" in found.notes
+    table.assign(steer_rate_rad_s=1e-200 * table.steer_rate_rad_s).to_csv(folder / "silent.csv", index=False)
+    with pytest.raises(vt.InputError, match="steer_rate_rad_s shows nothing at 0"):
+        spectra_of_rides([read_ride(folder / "silent.csv", SPEED)], ridden=True)
 
 
 def test_command_writes_table_and_figure(printed, folder):
