@@ -3,6 +3,7 @@
 import sys
 
 try:
+    import errno
     import pkgutil
     from contextlib import ExitStack, nullcontext
     from importlib import import_module
@@ -125,11 +126,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Run ``velotyre`` with ``arguments`` (of the command line by default)."""
     given = sys.argv[1:] if arguments is None else arguments
     try:
-        serves = "explore" in given[:1]
-        with ExitStack() as until_the_end, interrupts_arrive(), nullcontext() if serves else count_seconds():
-            build().main(args=arguments, prog_name="velotyre", standalone_mode=False, obj=until_the_end)
-    except NO_ARGUMENTS as help_page:
-        click.echo(help_page.format_message())
+        _run(arguments, serves="explore" in given[:1])
     except click.NoSuchOption as error:
         options = [] if error.ctx is None else [name for o in error.ctx.command.params for name in o.opts]
         current = new_name(error.option_name, options)
@@ -139,10 +136,21 @@ def main(arguments: list[str] | None = None) -> None:
     except InputError as error:
         _fail(str(error))
     except OSError as error:
-        _fail(f"{Path(error.filename).as_posix()}: {error.strerror}" if error.filename else str(error))
+        full = error.errno in (errno.ENOSPC, errno.EIO, errno.EFBIG) and not error.filename  # files have names
+        where = "the output cannot be written" if full else Path(error.filename or "").as_posix()
+        _fail(f"{where}: {error.strerror}" if full or error.filename else str(error))
     except (KeyboardInterrupt, click.Abort):
         click.echo("velotyre: interrupted", err=True)
         sys.exit(130)
+
+
+def _run(arguments: list[str] | None, *, serves: bool) -> None:
+    """Run the group of commands; one that needs arguments and has none shows its help."""
+    try:
+        with ExitStack() as until_the_end, interrupts_arrive(), nullcontext() if serves else count_seconds():
+            build().main(args=arguments, prog_name="velotyre", standalone_mode=False, obj=until_the_end)
+    except NO_ARGUMENTS as help_page:
+        click.echo(help_page.format_message())
 
 
 def _fail(message: str, longest: int = 400) -> None:

@@ -98,6 +98,7 @@ LARGEST = {  # beyond these a column is surely in another unit
     "steer_torque_N_m": (1e3, "N mm"), "lean_torque_N_m": (1e4, "N mm"),
 }  # fmt: skip
 
+LEAST_MOTION = 1e-8  # SI; no sensor shows so little
 LONGEST_STEP = 0.4  # s; beyond it no mode is seen, or time is in ms
 PLACELESS = {"lateral_acceleration_m_s2"}
 FEWEST = 20  # samples
@@ -200,6 +201,11 @@ def check_values(source: str, numbers: Mapping[str, Array], places: Sequence[str
     for channel, column in numbers.items():
         if channel in CHANNELS and np.ptp(column) == 0:
             raise InputError(f"{source}: {channel} is constant ({column[0]:g}): a dead channel; leave the column out")
+        if channel in CHANNELS and np.ptp(column) < LEAST_MOTION:
+            raise InputError(
+                f"{source}: {channel} changes by {np.ptp(column):.2g} in all, less than {LEAST_MOTION:g}; correct its "
+                "unit, or leave the column out"
+            )
     for channel, (largest, unit) in LARGEST.items():
         row = int(np.abs(numbers[channel]).argmax()) if channel in numbers else 0
         if channel in numbers and abs(numbers[channel][row]) > largest:

@@ -498,8 +498,12 @@ def _nothing_steady(
     found = "the bicycle stands or turns all the time"
     if steady:
         longest = max(steady, key=lambda part: part.value)
-        found = f"the longest lasts {longest.value:.3g} s, {_when(longest.first_s, longest.last_s, longest.piece)}"
+        when = _when(longest.first_s, longest.last_s, longest.piece)
+        found = f"the longest lasts {longest.value:.3g} s, {when}"
+        if longest.why == "unsteady":
+            found = f"the longest steady interval {when} is {longest.value:.3g} s"
     do = f"ride straight ahead at one speed (within {100 * STEADY_SHARE:g} %) for {shortest:g} s or more"
     if gaps:
-        do += f", or close the {len(gaps)} gaps in time with [resampling] of a channel map"
+        count = "gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
+        do += f", or close the {count} in time with [resampling] of a channel map"
     return f"{path}: no part of the ride is steady for {shortest:g} s; {found}; {do}"

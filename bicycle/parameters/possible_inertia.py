@@ -146,9 +146,14 @@ def _wheel(values: Mapping[str, float], sd: Mapping[str, float], keys: tuple[str
 
 
 def bounds_beside(key: str, values: Mapping[str, float]) -> tuple[float, float]:
-    """Lowest and highest value of a parameter ``key`` that alone of its body floats, the others being ``values``."""
+    """Lowest and highest value of a parameter ``key`` that alone of its body floats, the others being ``values``.
+
+    A wheel whose mass was added to the frame, as those of motorcycles in the literature, only spins: no bound.
+    """
     low, high = BOUNDS[key]
     for across, spin in WHEELS:
+        if values[spin] > 2 * values[across]:
+            continue
         if key == across:
             low = values[spin] / 2
         elif key == spin:

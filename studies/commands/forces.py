@@ -21,6 +21,9 @@ from studies.reporting.command_context import example, verbose
 @click.option("--tyre", metavar="TYRE", help="Tyre on both wheels: a packaged name or a file.")
 @click.option("--pressure", metavar="BAR", help="Inflation pressure of --tyre, bar: one number, or REAR,FRONT.")
 @click.option("--surface", metavar="SURFACE", help="Test surface of --tyre: flat (default) or drum.")
+@click.option(
+    "--extrapolate", is_flag=True, help="Allow tyre data more than one range width outside the measured range."
+)
 @takes_channels
 @click.option("--grip", type=Number(0, 2, above=True), help="Largest lateral force over load. [default: 0.8, assumed]")
 @click.option(
@@ -43,6 +46,7 @@ def command(
     steering: str | None,
     out: Path | None,
     *,
+    extrapolate: bool,
     turns: bool,
     force: bool,
 ) -> None:
@@ -54,7 +58,7 @@ def command(
 
     # Read the options.
     targets = _targets(out, force=force)
-    chosen = choose(model_text, tyre=tyre, pressure=pressure, surface=surface)
+    chosen = choose(model_text, tyre=tyre, pressure=pressure, surface=surface, extrapolate=extrapolate)
     channel_map = chosen_map(channels_file, channel_texts)
     read = []
     for text in rides:

@@ -180,7 +180,8 @@ def _vanishes_with(model: Model, effect: type[Effect], values: dict[str, float],
     evaluate = ModelFamily(model, further=(effect,)).evaluate
     parent = model.linear_model().ranges[0].matrices
     at_neutral = {**model.parameters, **values, **dict.fromkeys(size.sets, size.centre)}
-    reduced = evaluate(at_neutral, tuple(1.0 for _ in evaluate.symbolic.switches))
+    with np.errstate(divide="ignore", invalid="ignore"):  # where the neutral value is singular nothing vanishes
+        reduced = evaluate(at_neutral, tuple(1.0 for _ in evaluate.symbolic.switches))
     if reduced.mass.shape != parent.mass.shape:
         return False
     pairs = [(reduced.mass, parent.mass)]

@@ -97,6 +97,12 @@ def probability(share: float) -> str:
     return f"{share:.2g}"
 
 
+def compared(share: float) -> str:
+    """A probability after the name of it: ``= 0.04`` or ``< 1e-99``."""
+    shown = probability(share)
+    return shown if shown.startswith("<") else f"= {shown}"
+
+
 def number(value: float, digits: int) -> str:
     """A ``value`` with so many significant ``digits``, without an exponent from 1e-4 to 1e7."""
     if value == 0 or not 1e-4 <= abs(value) < 1e7:
@@ -171,7 +177,7 @@ def _environment(*, markdown: bool) -> Any:
 
     environment = make_environment("studies.diagnosis", escaped=markdown, trim_blocks=True, lstrip_blocks=True)
     names = (said, listed, plain_name, alternatives, term_name, upper_first)
-    filters = (*names, unit_of, probability, percent, number, misfit, cells, as_moved, bar)
+    filters = (*names, unit_of, probability, compared, percent, number, misfit, cells, as_moved, bar)
     environment.filters |= {filter_.__name__: filter_ for filter_ in filters}
     environment.filters |= {"line": _line, "cell": lambda text: Markup(cell(text))}
     environment.globals |= {"rules": RULES, "parameters": PARAMETERS, "far_ahead": FAR_AHEAD, "most_similar": 3}

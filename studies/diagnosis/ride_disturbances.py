@@ -208,7 +208,8 @@ class Disturbances:
 
     def noise(self, z: Array) -> Array:
         """Noise densities (R, C), unit^2/Hz."""
-        return np.asarray(self.floors * np.exp(2 * FLOOR_SPREAD * z[:, len(self.names) - len(self.floors) :]))
+        logarithm = 2 * FLOOR_SPREAD * z[:, len(self.names) - len(self.floors) :]
+        return np.asarray(self.floors * np.exp(np.clip(logarithm, -LARGEST, LARGEST)))
 
 
 def _factor_of(coordinate: Array) -> Array:

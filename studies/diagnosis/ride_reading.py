@@ -157,9 +157,9 @@ def _refuse_dependent(spectrum: RideSpectrum) -> None:
     """Refuse a channel that is a copy of another or a sum of others: it shows nothing and has no noise of its own."""
     size = np.sqrt(np.diagonal(spectrum.values, axis1=1, axis2=2).real)
     if (size < LEAST).any():
-        band, channel = np.unravel_index(np.argmin(size), size.shape)
+        silent, channel = np.unravel_index(np.argmin(size), size.shape)
         raise InputError(
-            f"{spectrum.name}: {spectrum.channels[channel]} shows nothing at {spectrum.hertz[band]:.3g} Hz; "
+            f"{spectrum.name}: {spectrum.channels[channel]} shows nothing at {spectrum.hertz[silent]:.3g} Hz; "
             "correct its unit, or leave it out"
         )
     values, axes = np.linalg.eigh(spectrum.values / (size[:, :, None] * size[:, None]))

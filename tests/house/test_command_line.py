@@ -2,6 +2,8 @@
 
 import importlib
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import click
@@ -180,3 +182,21 @@ def test_a_long_word_is_not_echoed_in_full(length, refused):
     (said,) = refused("critical", "./" + "x" * (length - 2)).splitlines()
     assert max(map(len, said.split())) <= 401  # a colon may follow
     assert ("..." in said) == (length == 5000)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_full_disk_under_the_output_is_one_line():
+    with Path("/dev/full").open("w") as full:
+        program = "from studies.cli import main; main(['list'])"
+        done = subprocess.run(
+            [sys.executable, "-c", program], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[0] == "velotyre: the output cannot be written: No space left on device"
+
+
+def test_commands_on_a_tyre_have_the_option_that_its_refusal_names():
+    for path, command in commands(build()):
+        options = {name for parameter in command.params for name in parameter.opts}
+        if "--tyre" in options and path not in {("new",), ("run",)}:  # they read no table beyond its range
+            assert "--extrapolate" in options, path

@@ -37,7 +37,8 @@ def replacing(target: str | Path) -> Iterator[Path]:
                 shutil.copymode(target, part)
             os.replace(part, target)
     except OSError as error:
-        if error.errno is not None and error.filename in (None, str(part)):  # a full disk says no name
+        unnamed = error.filename is None  # as on a full disk
+        if error.errno is not None and (unnamed or str(error.filename) == str(part)):
             error.filename = target_text
         raise
     finally:

@@ -335,8 +335,9 @@ def _check_time(verdict: Preflight, time: Channel) -> None:
             f"({time[first]:g} s, then {time[first + 1]:g} s); sort or cut the recording"
         )
     elif gaps.size:
+        noun = "gap" if gaps.size == 1 else "gaps"
         verdict.problems.append(
-            f"{gaps.size} gaps in time, the first of {steps[gaps[0]]:.3g} s after {time[gaps[0]]:g} s"
+            f"{gaps.size} {noun} in time, the first of {steps[gaps[0]]:.3g} s after {time[gaps[0]]:g} s"
         )
 
 

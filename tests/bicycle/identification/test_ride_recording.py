@@ -181,6 +181,14 @@ def test_a_column_without_a_number_is_refused(tmp_path, column):
         read_ride(path, 5.0)
 
 
+def test_a_motion_too_small_for_any_sensor_is_refused(tmp_path):
+    path = tmp_path / "r.csv"
+    table = np.column_stack([times(25), 1e-300 * np.sin(times(25))])
+    np.savetxt(path, table, delimiter=",", header="time_s,roll_rate_rad_s", comments="")
+    with pytest.raises(InputError, match="roll_rate_rad_s changes by 2e-300 in all, less than 1e-08; correct its unit"):
+        read_ride(path, 5.0)
+
+
 @pytest.mark.parametrize(
     ("columns", "speed", "words"),
     [
@@ -194,8 +202,9 @@ def test_a_column_without_a_number_is_refused(tmp_path, column):
         (
             {"speed_m_s": held((12.5, 5), (12.5, 7))},
             None,
-            "r.csv: no part of the ride is steady for 20 s; the longest lasts 12.",
+            "no part of the ride is steady for 20 s; the longest steady interval from 0 to 24.95 s is 12.",
         ),
+        ({"time_s": np.delete(times(26), range(200, 220))}, 5.0, "or close the gap in time with"),
         ({"roll_rate_rad_s": held((25, 1))}, 5.0, "roll_rate_rad_s is constant (1): a dead channel"),
         ({"roll_rate_rad_s": 40 * np.sin(times(25))}, 5.0, "too large (up to 20); is it in degrees?"),
         ({"time_s": times(25) ** 1.1}, 5.0, "resample to even steps"),

@@ -113,6 +113,7 @@ def test_what_floats_alone_has_plain_bounds():
     assert bounds_beside("IRxx", values) == (values["IRyy"] / 2, np.inf)
     assert bounds_beside("IFyy", values) == (0.0, 2 * values["IFxx"])
     assert bounds_beside("mB", values)[0] == 0
+    assert bounds_beside("IRyy", values | {"IRxx": 0.0}) == (0.0, np.inf)  # the mass of the wheel is in the frame's
     assert inertia_coordinates(values, {"IRxx": 0.1, "mB": 1.0}) is None
 
 

@@ -128,9 +128,9 @@ def test_a_dead_steer_torque_is_not_used_and_a_silent_channel_is_refused(folder)
     found = spectra_of_rides([read_ride(folder / "dead.csv", SPEED)], ridden=True)
     assert "steer_torque_N_m" not in found.rides.spectra[0].channels
     assert "steer_torque_N_m is not used: it is constant at one speed or more" in found.notes
-    table.assign(steer_rate_rad_s=1e-200 * table.steer_rate_rad_s).to_csv(folder / "silent.csv", index=False)
-    with pytest.raises(vt.InputError, match="steer_rate_rad_s shows nothing at 0"):
-        spectra_of_rides([read_ride(folder / "silent.csv", SPEED)], ridden=True)
+    table.assign(steer_torque_N_m=1e-200 * table.steer_rate_rad_s).to_csv(folder / "silent.csv", index=False)
+    with pytest.raises(vt.InputError, match="steer_torque_N_m shows nothing at 0"):
+        spectra_of_rides([read_ride(folder / "silent.csv", SPEED)], steering="rider", ridden=True)
 
 
 def test_command_writes_table_and_figure(printed, folder):

@@ -48,6 +48,13 @@ def test_a_disk_that_fills_up_leaves_the_old_file_and_is_named(tmp_path):
     assert list(tmp_path.iterdir()) == [target]
 
 
+def test_a_file_that_cannot_be_begun_is_named_as_asked(tmp_path):
+    target = tmp_path / "missing" / "t.csv"
+    with pytest.raises(FileNotFoundError) as found:
+        write_text(target, NEW)
+    assert found.value.filename == str(target)  # not the hidden part of it
+
+
 def test_a_killed_process_leaves_the_old_file(tmp_path):
     (target := tmp_path / "t.csv").write_text(OLD)
     script = (

@@ -89,7 +89,7 @@ FAULTS = [
      "lateral force does not follow the slip", True),
     (lambda: changed(sweep(), time=put(40, 0.05)), r"time does not increase at 1 samples, first at sample 41", False),
     (lambda: changed(sweep(), time=put(40, np.nan)), "time is missing in 1 samples", False),
-    (lambda: changed(sweep(), time=lambda t: t + 3.0 * (t > 5.0)), "1 gaps in time, the first of 3 s after 5", True),
+    (lambda: changed(sweep(), time=lambda t: t + 3.0 * (t > 5.0)), "1 gap in time, the first of 3 s after 5", True),
     (lambda: changed(sweep(), speed=lambda v: 1.3 * v), "speed is 12.2 km/h, declared are 9.36 km/h", True),
     (lambda: changed(sweep(), speed=lambda v: v * np.linspace(0.7, 1.3, v.size)), "speed varies by 1", True),
     (lambda: changed(sweep(), speed=np.negative), "the tyre does not roll forward", False),
