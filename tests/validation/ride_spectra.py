@@ -156,7 +156,8 @@ def estimate(measurement: Kind, row: Row) -> None:
 
 def named(found: Diagnosis) -> list[str]:
     """Identifiers of the effects that a diagnosis names."""
-    return [named.identifier for named in found.verdict.named]
+    verdict = found.verdict
+    return [effect.identifier for effect in verdict.effects] if verdict.verdict in ("named", "partial") else []
 
 
 def one_case(seed: int, job: str, cell: str, number: int) -> Row:
