@@ -19,6 +19,7 @@ from bicycle.equations.held_frame import FRAME, held_equations
 from bicycle.model.default_sd import standard_deviations
 from bicycle.model.model import Model
 from bicycle.standing.prediction import STEER, nearest_mode
+from bicycle.standing.standing_table import LEAST_SD
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError, unknown
 from tyre.ground.schema import Check, maybe, number, path_key, table, text
@@ -34,10 +35,10 @@ COLUMNS: Mapping[str, Check] = {
     "spring_N_m_per_rad": number(
         least=0, most=1e4, says="must be a stiffness about the steer axis, N m/rad, 0 or more"
     ),
-    "frequency_Hz": number(above=0, most=50, says="must be a frequency in Hz, up to 50"),
-    "frequency_sd_Hz": number(above=0, says="must be positive"),
+    "frequency_Hz": number(above=0, most=50, says="must be a frequency in Hz, above 0 and up to 50"),
+    "frequency_sd_Hz": LEAST_SD,
     "damping_ratio": number(above=0, most=1, says="must be a damping ratio, above 0 and up to 1"),
-    "damping_ratio_sd": number(above=0, says="must be positive"),
+    "damping_ratio_sd": LEAST_SD,
 }
 AMPLITUDE: Mapping[str, Check] = {
     "amplitude_deg": number(above=0, most=45, says="must be a steer angle in degrees, above 0 and up to 45")

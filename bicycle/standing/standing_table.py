@@ -142,7 +142,7 @@ def point(above: float, on: str = "") -> Place:
     return Place(above, BODIES[on] if on else "fork" if above > ON_FORK else "wheel")
 
 
-POSITIVE = number(above=0, says="must be positive")
+LEAST_SD = number(least=1e-5, says="must be a standard uncertainty, 1e-5 or more; scatter of repeats shows it")
 DEFLECTIONS: dict[str, Check] = {
     "force_N": number(least=-2000, most=2000, says="must be a force in N, up to 2000"),
     "load_kg": number(least=-200, most=200, says="must be a weight in kg, up to 200"),
@@ -181,15 +181,15 @@ def _read_deflections(path: Path, words: Mapping[str, float]) -> Iterator[Deflec
 
 RATIOS = {f"{sensor}_over_hub": sensor for sensor in SENSORS}
 VIBRATIONS: dict[str, Check] = {
-    "frequency_Hz": number(above=0, most=200, says="must be a frequency in Hz, up to 200"),
-    "frequency_sd_Hz": POSITIVE,
+    "frequency_Hz": number(above=0, most=200, says="must be a frequency in Hz, above 0 and up to 200"),
+    "frequency_sd_Hz": LEAST_SD,
     "damping_ratio": number(least=0, most=1, says="must be a damping ratio from 0 to 1"),
-    "damping_ratio_sd": POSITIVE,
+    "damping_ratio_sd": LEAST_SD,
     "added_kg": number(least=0, most=20, says="must be a mass in kg, up to 20"),
     "vibration": number(least=1, most=3, says="must be 1 for the slowest vibration, 2 and 3 for faster ones"),
     **{name: number(least=-50, most=50) for name in RATIOS},
     **{f"{name}_imaginary": number(least=-50, most=50) for name in RATIOS},
-    **{f"{name}_sd": POSITIVE for name in RATIOS},
+    **{f"{name}_sd": LEAST_SD for name in RATIOS},
 }
 
 

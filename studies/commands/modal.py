@@ -134,6 +134,7 @@ def _refuse_of_decays(values: Mapping[str, object]) -> None:
 
 def _identify_rides(texts: Sequence[str], channel_map: Any, start_hz: float | None, out_file: str | None) -> None:
     """Print the wobble of rides at each speed, and write its modal table."""
+    from bicycle.identification.recording import refuse_copies
     from bicycle.identification.ride_recording import read_ride
     from bicycle.identification.ride_wobble import identify_wobble
     from studies.model_space.run_argument import ride_file_and_speed
@@ -142,11 +143,14 @@ def _identify_rides(texts: Sequence[str], channel_map: Any, start_hz: float | No
     from tyre.ground.errors import InputError
     from tyre.recordings.draft import looking
 
-    wobbles: list[Any] = []
+    rides = []
     for text in texts:
         file, speed = ride_file_and_speed(text)
         with looking(file):
-            ride = read_ride(file, speed, channel_map=channel_map)
+            rides.append(read_ride(file, speed, channel_map=channel_map))
+    refuse_copies([run for ride in rides for run in ride.segments])
+    wobbles: list[Any] = []
+    for ride in rides:
         for note in ride.notes:
             click.echo(f"note: {ride.name}: {note}", err=True)
         for sentence in ride.left_out:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.identification.recording import CHANNELS, STEER_TORQUE, Run
+from bicycle.identification.recording import CHANNELS, STEER_TORQUE, Run, refuse_copies
 from bicycle.identification.ride_recording import Ride, is_steady, read_ride
 from bicycle.identification.tapered_spectra import RideSpectrum, bands_between, narrowest_band, ride_spectrum
 from studies.diagnosis.bicycle_kind import SPEED
@@ -102,6 +102,7 @@ def spectra_of_rides(
         Fewer than two channels that all segments have, a channel that copies others, or too short segments.
     """
     runs = [run for ride in rides for run in ride.segments]
+    refuse_copies(runs)
     channels, notes = _channels(runs)
     groups = _by_speed(runs)
     gains, share = _answers(groups, channels)

@@ -72,3 +72,10 @@ def test_grips_are_two_and_one_spring_is_refused(tmp_path):
     assert [hands.grip for hands in found] == ["loose", "firm"]
     with pytest.raises(InputError, match="grip 'loose': inertia and stiffness need two springs"):
         measure_hands((ring_down(40.0), ring_down(40.0)), Model(PISTA))
+
+
+def test_a_standard_uncertainty_that_no_measurement_has_is_refused(tmp_path):
+    head = "grip,spring_N_m_per_rad,frequency_Hz,frequency_sd_Hz,damping_ratio,damping_ratio_sd"
+    (tmp_path / "hands.csv").write_text(f"{head}\nloose,40,2.3,0.05,0.17,1e-9\n")
+    with pytest.raises(InputError, match="line 2: damping_ratio_sd = 1e-09 must be a standard uncertainty, 1e-5"):
+        read_ring_downs(tmp_path / "hands.csv")

@@ -82,7 +82,8 @@ def test_a_wrong_table_is_refused(folder, content, words):
     ("rows.csv", ROWS.replace("5.65", "5650"), "deflection_mm = 5650 must be a deflection in mm, up to 300"),
     ("rows.csv", ROWS.replace(",0.05", ",0"), "deflection_sd_mm = 0 must be a standard uncertainty in mm, above 0"),
     ("rows.csv", "read_on," + ROWS.replace("98.1", "saddle,98.1"), "read_on = 'saddle' must be one of wheel, fork"),
-    ("taps.csv", TAPS.replace("13.5", "1350"), "frequency_Hz = 1350 must be a frequency in Hz, up to 200"),
+    ("taps.csv", TAPS.replace("13.5", "1350"), "frequency_Hz = 1350 must be a frequency in Hz, above 0 and up to 200"),
+    ("taps.csv", TAPS.replace("0.03", "1e-9"), "frequency_sd_Hz = 1e-09 must be a standard uncertainty, 1e-5 or more"),
     ("taps.csv", TAPS.replace(",damping_ratio_sd", ",added_kg"), "needs the column"),
     ("tap.csv", "time_s,hub_lateral_m_s2\n0,1\n", "1 samples are too few for a vibration"),
 ])  # fmt: skip

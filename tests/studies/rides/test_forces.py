@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 import velotyre as vt
 from bicycle.identification import Run, read_ride
+from studies.cli import main
 from studies.diagnosis import spectra_of_rides
 from studies.rides import LINEAR_SHARE, Record, thinned
 
@@ -131,6 +132,15 @@ def test_a_dead_steer_torque_is_not_used_and_a_silent_channel_is_refused(folder)
     table.assign(steer_torque_N_m=1e-200 * table.steer_rate_rad_s).to_csv(folder / "silent.csv", index=False)
     with pytest.raises(vt.InputError, match="steer_torque_N_m shows nothing at 0"):
         spectra_of_rides([read_ride(folder / "silent.csv", SPEED)], steering="rider", ridden=True)
+
+
+def test_a_ride_given_twice_is_refused(folder, capsys):
+    ride = (folder / "ride.csv", SPEED)
+    with pytest.raises(vt.InputError, match="the same recording as ride.csv; keep one"):
+        vt.ride_forces(vt.Model("benchmark", TYRE), [ride, ride])
+    with pytest.raises(SystemExit):
+        main(["modal", "--ride", *[f"{folder / 'ride.csv'}@{SPEED}"] * 2])
+    assert "keep one, or it counts twice" in capsys.readouterr().err
 
 
 def test_command_writes_table_and_figure(printed, folder):
