@@ -4,8 +4,9 @@ import sys
 
 try:
     import errno
+    import os
     import pkgutil
-    from contextlib import ExitStack, nullcontext
+    from contextlib import ExitStack, nullcontext, suppress
     from importlib import import_module
     from pathlib import Path
     from types import ModuleType
@@ -135,9 +136,14 @@ def main(arguments: list[str] | None = None) -> None:
         _fail(error.format_message())
     except InputError as error:
         _fail(str(error))
+    except BrokenPipeError:  # the reader, such as head, has seen enough
+        _drop_output()
+        sys.exit(1)
     except OSError as error:
         full = error.errno in (errno.ENOSPC, errno.EIO, errno.EFBIG) and not error.filename  # files have names
         where = "the output cannot be written" if full else Path(error.filename or "").as_posix()
+        if full:
+            _drop_output()
         _fail(f"{where}: {error.strerror}" if full or error.filename else str(error))
     except (KeyboardInterrupt, click.Abort):
         click.echo("velotyre: interrupted", err=True)
@@ -151,6 +157,13 @@ def _run(arguments: list[str] | None, *, serves: bool) -> None:
             build().main(args=arguments, prog_name="velotyre", standalone_mode=False, obj=until_the_end)
     except NO_ARGUMENTS as help_page:
         click.echo(help_page.format_message())
+    sys.stdout.flush()  # what waits in it fails here, if it fails, and not once nobody can say why
+
+
+def _drop_output() -> None:
+    """Send what waits for a full disk nowhere: Python would fail with it once more at its end."""
+    with suppress(OSError, ValueError), Path(os.devnull).open("w") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 def _fail(message: str, longest: int = 400) -> None:

@@ -195,6 +195,13 @@ def test_a_full_disk_under_the_output_is_one_line():
     assert done.stderr.splitlines()[0] == "velotyre: the output cannot be written: No space left on device"
 
 
+def test_a_reader_who_has_seen_enough_is_no_error():
+    command = [sys.executable, "-c", "from studies.cli import main; main(['list'])"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        running.stdout.close()
+        assert not running.stderr.read()
+
+
 def test_commands_on_a_tyre_have_the_option_that_its_refusal_names():
     for path, command in commands(build()):
         options = {name for parameter in command.params for name in parameter.opts}
