@@ -162,8 +162,8 @@ def _run(arguments: list[str] | None, *, serves: bool) -> None:
 
 def _drop_output() -> None:
     """Send what waits for a full disk nowhere: Python would fail with it once more at its end."""
-    with suppress(OSError, ValueError), Path(os.devnull).open("w") as nowhere:
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _fail(message: str, longest: int = 400) -> None:

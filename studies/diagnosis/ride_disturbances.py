@@ -92,10 +92,10 @@ class Disturbances:
         first = 3 * len(self.inputs) + len(PLACE)
         return slice(first, len(self.names) - len(self.floors))
 
-    def draw(self, count: int, seed: int) -> Array:
-        """Coordinates (count, k) drawn from the prior, those of the noise as usual."""
-        drawn = np.random.default_rng(seed).standard_normal((count, len(self.names)))
-        drawn[:, len(self.names) - len(self.floors) :] = 0.0
+    def draw_loops(self, count: int, rng: np.random.Generator) -> Array:
+        """Coordinates (count, k) of riders who are drawn from the prior; all else is usual."""
+        drawn = np.zeros((count, len(self.names)))
+        drawn[:, self.loop] = rng.standard_normal((count, self.loop.stop - self.loop.start))
         return drawn
 
     def with_usual_inputs(self, z: Array) -> Array:

@@ -1,6 +1,7 @@
 """Spectra of rides from a bicycle's gains: the loop of the rider closed, the disturbances most probable."""
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,6 +18,10 @@ FEW_TURNS = 15  # and from near
 LONGEST = 1.5  # step of a coordinate, in prior standard deviations
 SETTLED = 1e-4  # of the misfit: a step that promises less is the last; its effect is linear and counted anyway
 STUCK = 1e5  # damping at which no step leads further down
+
+
+Holds = Callable[[Array], NDArray[np.bool_]]
+"""Disturbances (R, k) -> rides (R,) that are stable under them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +88,12 @@ class Rides:
         """Copy with all speeds times ``factor``."""
         return replace(self, spectra=tuple(replace(ride, speed=factor * ride.speed) for ride in self.spectra))
 
-    def settle(self, gains: Gains, start: Array, *, turns: int = TURNS) -> Array:
-        """Most probable disturbances z (R, k) for these ``gains``, from ``start`` (R, k); Levenberg and Marquardt."""
+    def settle(self, gains: Gains, start: Array, *, turns: int = TURNS, holds: Holds | None = None) -> Array:
+        """Most probable disturbances z (R, k) for these ``gains``, from ``start`` (R, k); Levenberg and Marquardt.
+
+        ``holds`` tells of disturbances (R, k) under which rides the bicycle is stable: no step leads out of those.
+        """
+        stable = np.zeros(len(start), bool) if holds is None else holds(start)
         z, damping = start.copy(), np.full(len(start), 1e-4)
         state = Fitted(self, gains, z)
         identity = np.eye(z.shape[1])
@@ -98,6 +107,8 @@ class Rides:
             tried = Fitted(self, gains, z - np.nan_to_num(step))
             gained = state.objective - tried.objective
             better = gained > 0
+            if holds is not None and stable.any():
+                better &= holds(tried.z) | ~stable
             promised = np.abs((force * step).sum(1))  # decrease that the linearised residuals promise, or more
             settled = (promised < SETTLED * (1 + state.objective)) | (damping > STUCK)
             damping = np.where(better, damping / 5, damping * 8)

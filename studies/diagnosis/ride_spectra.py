@@ -5,7 +5,7 @@ forces and by a rider who steers; :mod:`studies.diagnosis.ride_likelihood` says 
 """
 
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bicycle.identification.recording import CHANNELS, STEER_TORQUE, Run
 from studies.diagnosis.bicycle_kind import BicycleKind, without_motors
@@ -34,11 +35,10 @@ from studies.diagnosis.mistakes import (
 )
 from studies.diagnosis.ride_disturbances import ANSWERED, CONTROLLER, NOBODY, RIDER, YawMoment
 from studies.diagnosis.ride_figures import DENSITIES
-from studies.diagnosis.ride_model import FEW_TURNS, Fitted, Gains, Rides
+from studies.diagnosis.ride_model import FEW_TURNS, Fitted, Gains, Holds, Rides
 from studies.diagnosis.ride_reading import TABLE, read_rides
 from studies.diagnosis.whitening import Marginal, integrate_starts_out
 from studies.inference.evidence import folds
-from studies.inference.fit import ROUGH, fit
 from studies.inference.kind import Candidates, Figure, Prediction, Rows, Series
 from studies.inference.last_answer import LastAnswer
 from studies.inference.parameter import Candidate
@@ -64,10 +64,8 @@ def _with_nothing(slopes: Complex) -> Complex:
 
 UNSTABLE = 0.3  # 1/s: a ride of minutes whose motion grows faster is none
 DEMERIT = 20.0  # of a misfit, of disturbances that make the bicycle unstable
-DRAWN, HOLDERS = 400, 24  # riders that are drawn, and of those who hold the bicycle that are tried
-FIRST_TURNS, MOST_STARTS = 10, 4  # steps from each of them, and those that are followed to their end
-ROUNDS = 4  # most fits of the base model, each with the riders who suit the latest one
-NOTABLE = 2.0  # of a misfit, by which a rider is better than those before
+RIDERS, MOST_DRAWN = 8, 4000  # riders who hold the bicycle from whom a search begins, and most draws for them
+TURNS_FROM_AFAR = 30  # most steps of such a search
 FAR_OFF = 12.0  # prior sd: no disturbance is sought further off
 EVERY = 3  # accepted points of a fit, of which one is looked at from all starts
 WORTH = 0.1  # of a misfit: other disturbances that lower it by less are the same
@@ -92,7 +90,6 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     rides: Rides
     segments: tuple[tuple[Run, ...], ...] = ()  # of each ride: stretches at steady speed, from which its spectra are
 
-    begun: Array | None = None  # (starts, R, k), disturbances of a similar measurement, from which others are sought
     left_out: tuple[str, ...] = ()  # sentences: parts of the recordings that are not used, and why
 
     @classmethod
@@ -205,9 +202,9 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         """Units and signs of the channels, and the unit of the speeds."""
         for place, name in enumerate(self.channels):
             for reading, factor in readings_of(name).items():
-                yield f"{name} {reading}", replace(self, begun=self._starts, rides=self.rides.read_as(place, factor))
+                yield f"{name} {reading}", replace(self, rides=self.rides.read_as(place, factor))
         for reading, factor in SPEEDS.items():
-            yield reading, replace(self, begun=self._starts, rides=self.rides.at_speeds(factor))
+            yield reading, replace(self, rides=self.rides.at_speeds(factor))
 
     def figures(self) -> dict[str, Figure]:
         return {"before_after": DENSITIES}
@@ -289,7 +286,9 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         def settle() -> Settled:
             first_of_its_kind = not self._latest or self._latest[0][0] != names
             gains = self.gains(candidates, theta)
-            z = self.rides.settle(gains, self._start(gains, names, theta), turns=FEW_TURNS)
+            z = self.rides.settle(
+                gains, self._start(gains, names, theta), turns=FEW_TURNS, holds=self._holds(candidates, theta)
+            )
             fitted = Fitted(self.rides, gains, z)
             if first_of_its_kind:
                 fitted = self._from_all_starts(candidates, theta, fitted)
@@ -313,26 +312,38 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         return Settled(fitted, integrate_starts_out(columns, linear[..., None]))
 
     def _from_all_starts(self, candidates: Candidates, theta: Array, fitted: Fitted) -> Fitted:
-        """The most probable disturbances of each ride, stable if any are: ``fitted`` or what other starts lead to."""
-        others = [
-            Fitted(self.rides, fitted.gains, self.rides.settle(fitted.gains, start, turns=FEW_TURNS))
-            for start in self._starts
-        ]
-        best = self._best_of(candidates, theta, [fitted, *others])
-        return Fitted(self.rides, best.gains, self.rides.settle(best.gains, best.z))
+        """The most probable disturbances of each ride: those of ``fitted``, or what riders who are drawn lead to.
 
-    def _best_of(self, candidates: Candidates, theta: Array, several: Sequence[Fitted]) -> Fitted:
-        """The best of ``several`` for each ride, the first where others are hardly better."""
-
-        def demerit(one: Fitted) -> Array:
-            return one.objective + DEMERIT * (self.growth(candidates, theta, one.z) > UNSTABLE)
-
-        best = several[0]
-        for other in several[1:]:
-            better = demerit(other) < demerit(best) - WORTH
+        Spectra are alike with very different riders, and a search ends at the next one of them. Few riders hold a
+        bicycle upright; from one who does, without a step to any who does not, the search mostly ends at the best.
+        """
+        holds = self._holds(candidates, theta)
+        best = fitted
+        for start in self._riders(holds):
+            z = self.rides.settle(fitted.gains, start, turns=TURNS_FROM_AFAR, holds=holds)
+            other = Fitted(self.rides, fitted.gains, z)
+            demerits = [one.objective + DEMERIT * ~holds(one.z) for one in (other, best)]
+            better = demerits[0] < demerits[1] - WORTH
             if better.any():
                 best = best.replaced(better, other)
         return best
+
+    def _riders(self, holds: Holds) -> Array:
+        """Disturbances (starts, R, k): riders from the prior who hold the bicycle of each ride, all else usual."""
+        loop, rides = self.rides.disturbances, len(self.speeds)
+        if loop.steering != RIDER:
+            return np.zeros((1, rides, len(loop.names)))
+        starts = np.zeros((RIDERS, rides, len(loop.names)))
+        found = np.zeros(rides, int)
+        rng = np.random.default_rng(1)
+        for _ in range(MOST_DRAWN):
+            drawn = loop.draw_loops(rides, rng)
+            for ride in np.flatnonzero(holds(drawn) & (found < RIDERS)):
+                starts[found[ride], ride] = drawn[ride]
+                found[ride] += 1
+            if (found == RIDERS).all():
+                break
+        return starts[: max(found.max(), 1)]
 
     def growth(self, candidates: Candidates, theta: Array, z: Array) -> Array:
         """Largest growth (R,), 1/s, of the bicycle with whoever steers it, at disturbances ``z`` (R, k)."""
@@ -345,15 +356,33 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
 
     def _poles_of_ride(self, candidates: Candidates, theta: Array, z: Array, ride: int) -> Complex:
         """Eigenvalues (m, n + 2), 1/s, of one ride with several disturbances ``z`` (m, k)."""
-        family, loop = self.family(candidates), self.rides.disturbances
+        return self._poles(*self._open_loop(candidates, theta, ride), z, ride)
+
+    def _open_loop(self, candidates: Candidates, theta: Array, ride: int) -> tuple[Array, Array, Array]:
+        """State matrix (n, n), effect (n,) of the steer torque and rows (4, n) of what a rider answers, of one ride."""
+        family = self.family(candidates)
         names = family.symbolic
         stack = family(theta[None], self.speeds[ride : ride + 1])
         steered = stack.input[0, 0][:, [names.inputs.index("steer_torque")]]
         solved = np.linalg.solve(stack.mass[0, 0], np.hstack([stack.dynamics[0, 0], steered]))
         motion = stack.output[0, 0][[names.outputs.index(name) for name in ANSWERED]]
-        closed = np.array([loop.closed_loop(solved[:, :-1], solved[:, -1], motion, one, ride) for one in z])
+        return solved[:, :-1], solved[:, -1], motion
+
+    def _poles(self, state: Array, steered: Array, motion: Array, z: Array, ride: int) -> Complex:
+        loop = self.rides.disturbances
+        closed = np.array([loop.closed_loop(state, steered, motion, one, ride) for one in z])
         finite = np.isfinite(closed).all((1, 2), keepdims=True)  # a bicycle without numbers is as unstable as can be
         return np.where(finite[..., 0], np.linalg.eigvals(np.where(finite, closed, 0.0)), np.inf).astype(complex)
+
+    def _holds(self, candidates: Candidates, theta: Array) -> Holds:
+        """Whether rides are stable under disturbances: a ride that lasts for minutes is."""
+        loops = [self._open_loop(candidates, theta, ride) for ride in range(len(self.speeds))]
+
+        def holds(z: Array) -> NDArray[np.bool_]:
+            growths = [self._poles(*loop, z[r : r + 1], r).real.max() for r, loop in enumerate(loops)]
+            return np.array(growths) < UNSTABLE
+
+        return holds
 
     @cached_property
     def _looks(self) -> Iterator[int]:
@@ -384,56 +413,8 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     def _first(self) -> Array:
         """Disturbances (R, k) of the base model as stated: where each search for them begins."""
         gains = self.gains((), self.nominal, slopes=False)
-        several = [Fitted(self.rides, gains, z) for z in self._starts]
-        return self._best_of((), self.nominal, several).z
-
-    @cached_property
-    def _starts(self) -> Array:
-        """Disturbances (starts, R, k) from which others are sought, from the best of the riders who hold the bicycle.
-
-        Spectra are alike with very different riders, and a search from one of them ends at the next like him. Who is
-        best depends on the bicycle: it is fitted with the best so far, then others are drawn who hold the fitted one.
-        """
-        if self.begun is not None:
-            return self.begun
-        starts = self._settle_holders(self.nominal, 0)
-        for seed in range(1, ROUNDS + 1 if self.nuisances else 0):
-            with np.errstate(invalid="ignore", over="ignore", divide="ignore"):  # a fit that failed is left at once
-                fitted = fit(replace(self, begun=starts), (), turns=ROUGH)
-            if not np.isfinite(fitted.objective):
-                break
-            gains = self.gains((), fitted.theta, slopes=False)
-            old = np.array([self.rides.settle(gains, z) for z in starts])
-            new = self._settle_holders(fitted.theta, seed)
-            least = [np.min([Fitted(self.rides, gains, z).objective for z in some], 0) for some in (old, new)]
-            starts = self._best_starts(gains, np.concatenate([old, new]))
-            if (least[1] > least[0] - NOTABLE).all():
-                break
-        return starts
-
-    def _settle_holders(self, theta: Array, seed: int) -> Array:
-        """Disturbances (starts, R, k) that suit each ride best, of riders who hold the base model at ``theta`` (p,)."""
-        gains = self.gains((), theta, slopes=False)
-        several = np.array([self.rides.settle(gains, z, turns=FIRST_TURNS) for z in self._holders(theta, seed)])
-        return np.array([self.rides.settle(gains, start) for start in self._best_starts(gains, several)])
-
-    def _best_starts(self, gains: Gains, several: Array) -> Array:
-        """The best of ``several`` disturbances (m, R, k) for each ride: (starts, R, k), best first."""
-        order = np.argsort([Fitted(self.rides, gains, z).objective for z in several], axis=0)[:MOST_STARTS]
-        return np.asarray(several[order, np.arange(several.shape[1])])
-
-    def _holders(self, theta: Array, seed: int) -> Array:
-        """Disturbances (riders, R, k): of riders who are drawn, those under whom the base model is stable or nearly."""
-        loop = self.rides.disturbances
-        if loop.steering != RIDER:
-            return np.zeros((1, len(self.speeds), len(loop.names)))
-        drawn = loop.draw(DRAWN, seed)
-        each_ride = []
-        for ride in range(len(self.speeds)):
-            growth = np.array([poles.real.max() for poles in self._poles_of_ride((), theta, drawn, ride)])
-            order = np.argsort(np.maximum(growth, 0.0), kind="stable")
-            each_ride.append(drawn[order[:HOLDERS]])
-        return np.stack(each_ride, 1)
+        usual = np.zeros((len(self.speeds), len(self.rides.disturbances.names)))
+        return self._from_all_starts((), self.nominal, Fitted(self.rides, gains, usual)).z
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         """Whitened residual (n,), disturbances integrated out, and its derivative (n, p)."""

@@ -111,9 +111,9 @@ def test_the_slope_of_the_misfit_is_that_of_differences(folder):
 
     for column in (0, 8, len(theta) - 1):
         step = np.zeros(len(theta))
-        step[column] = 0.02 * kind.nuisances[column].scale
-        difference = (misfit(theta + step) - misfit(theta - step)) / (2 * step[column])
-        assert force[column] == pytest.approx(difference, rel=0.1)
+        step[column] = 0.1 * kind.nuisances[column].scale
+        difference = misfit(theta + step) - misfit(theta - step)  # its search ends 0.01 above the least
+        assert 2 * force @ step == pytest.approx(difference, rel=0.06, abs=0.02)
 
 
 def test_segments_channels_and_rider_are_stated(kind):
