@@ -63,7 +63,7 @@ class LeftOut:
 
     @property
     def sentence(self) -> str:
-        """What is left out, from when to when, and why."""
+        """Sentence about the part that is left out: from when to when, and why."""
         when = _when(self.first_s, self.last_s, self.piece)
         return REASONS[self.why].format(when=when, value=self.value, least=self.least)
 

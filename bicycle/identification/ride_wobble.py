@@ -245,12 +245,12 @@ def _without_doubles(columns: Sequence[Column]) -> Iterator[Column]:
 
 
 def _may_be_wobble(root: complex) -> bool:
-    """Whether frequency and damping ratio of a pole (1/s) are those of wobble."""
+    """True if frequency and damping ratio of a pole (1/s) are those of wobble."""
     return LOWEST_HZ <= _hertz(root) <= HIGHEST_HZ and 0 < float(damping_ratio(root)) < MOST_DAMPED
 
 
 def _is_same(one: complex, other: complex) -> bool:
-    """Whether two poles (1/s) of successive orders are one."""
+    """True if two poles (1/s) of successive orders are one."""
     ratio = float(damping_ratio(one))
     share, change = SAME_DAMPING
     same_damping = abs(float(damping_ratio(other)) - ratio) < max(share * ratio, change)

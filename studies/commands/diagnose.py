@@ -27,7 +27,7 @@ from studies.reporting.command_context import example, verbose
 @click.option("--json", "json_file", metavar="FILE", help="Write the verdict as JSON; - is standard output.")
 @click.option("--no-stability", is_flag=True, help="With --out: skip the variants of noise, priors and data.")
 @click.option("--as-read", is_flag=True, help="Search even if another unit or sign explains the data much better.")
-@click.option("--quick", is_flag=True, help="Try single effects only, by least squares and BIC, in seconds; no report.")
+@click.option("--quick", is_flag=True, help="Try single effects only, by least squares and BIC; no report.")
 @click.option("--workers", type=WORKERS, help="Processes for the variants; default: one per core, up to 4.")
 def command(
     measurement_file: str,

@@ -132,6 +132,6 @@ def _write(forces: Any, out: Path, *, synthetic: bool) -> None:
 
 
 def _is_synthetic(file: Path) -> bool:
-    """Whether the first lines of a recording say that it is synthetic."""
+    """True if the first lines of a recording state that it is synthetic."""
     with file.open("rb") as stream:
         return b"SYNTHETIC" in stream.read(2000)

@@ -196,6 +196,22 @@ class BicycleKind(Kind):
         return build_corrected_model(self.model, final)
 
 
+class BatchedKind(BicycleKind, part=False):
+    """A measurement whose numbers are predicted for many bicycles at once."""
+
+    def _predict(self, candidates: Candidates, theta: Array) -> Array:
+        """Predicted numbers (k, n) at coordinates (k, p)."""
+        raise NotImplementedError
+
+    def predict(self, candidates: Candidates, theta: Array) -> Array:
+        return self._predict(candidates, theta[None])[0]
+
+    def value_and_jacobian(self, candidates: Candidates, theta: Array) -> Prediction:
+        batch, steps = self.family(candidates).stencil(theta)
+        computed = self._predict(candidates, batch)
+        return computed[0], central_differences(computed, steps)
+
+
 def build_corrected_model(model: Model, final: Fit) -> Model:
     """A ``model`` with what ``final`` adds; InputError if its values make no effect, bicycle or combination."""
     bicycle, wrong = model.bicycle, wrong_geometry(final)

@@ -47,7 +47,7 @@ def diagnose(
     as_read : bool
         Search though another unit or sign of a column explains the data far better.
     quick : bool
-        Least squares over single effects and BIC, in seconds: nothing is held out, and no two effects are tried.
+        Least squares over single effects and BIC: nothing is held out, and no two effects are tried.
 
     Returns
     -------

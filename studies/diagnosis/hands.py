@@ -25,13 +25,12 @@ from bicycle.standing import (
     select_grip,
     spring_error,
 )
-from studies.diagnosis.bicycle_kind import BicycleKind
+from studies.diagnosis.bicycle_kind import BatchedKind
 from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.mistakes import friction_candidate
-from studies.inference import kind as base
 from studies.inference.evidence import folds
 from studies.inference.kind import Candidates, Rows, Series
-from studies.inference.parameter import Candidate, UncertainParameter, central_differences
+from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.ground.arrays import Array
 from tyre.ground.schema import read
 
@@ -44,7 +43,7 @@ QUANTITIES = {"frequency": "frequency, Hz", "damping ratio": "damping ratio"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class HandsKind(BicycleKind, kind=HANDS):
+class HandsKind(BatchedKind, kind=HANDS):
     """Ring-downs of one grip."""
 
     keys: ClassVar[Any] = HANDS_TABLE
@@ -121,14 +120,6 @@ class HandsKind(BicycleKind, kind=HANDS):
         fold = folds(groups, springs, groups)
         displays = {name: Series(name, shown) for name, shown in QUANTITIES.items()}
         return Rows(tuple(labels), np.array(springs), tuple(series), fold, displays=displays, axis="spring, N m/rad")
-
-    def predict(self, candidates: Candidates, theta: Array) -> Array:
-        return self._predict(candidates, theta[None])[0]
-
-    def value_and_jacobian(self, candidates: Candidates, theta: Array) -> base.Prediction:
-        batch, steps = self.family(candidates).stencil(theta)
-        computed = self._predict(candidates, batch)
-        return computed[0], central_differences(computed, steps)
 
     def _predict(self, candidates: Candidates, theta: Array) -> Array:
         """Predicted numbers (k, n) at coordinates (k, p)."""

@@ -1,10 +1,10 @@
-"""What moves a bicycle on an ordinary ride: torques and forces that nobody records, and a rider who steers.
+"""Disturbances of an ordinary ride: torques and forces that are not recorded, and a rider who steers.
 
 Each input has a spectrum S(f) = a^2 ((1 + 1/c^2) / (1 + (f/c)^2))^p, one-sided, with its root a at 1 Hz, a corner c in
 Hz and a power p. The rider's torque on the handlebar, beside that of the spectrum, is that of the arms and that of the
 muscles, T = -(k steer + d steer rate) - M(s) (gains on lean, its rate, steer and its rate) with the second-order lag
 M = w^2 / (s^2 + 2 zeta w s + w^2) of Schwab, de Lange, Happee & Moore (2013, Multibody System Dynamics), zeta = 0.707.
-These numbers are a ride's own; nobody states them. They have normal priors, which are judgements, and are integrated
+These numbers are a ride's own and not stated. They have normal priors, which are judgements, and are integrated
 out of what is fitted.
 """
 

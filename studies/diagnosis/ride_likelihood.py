@@ -1,4 +1,4 @@
-"""How far the spectra of rides are from those of a model: Whittle's likelihood as a sum of squares.
+"""Misfit of the spectra of rides and those of a model: Whittle's likelihood as a sum of squares.
 
 With v independent averages, the measured spectra W and those of the model S, both (C, C), minus twice the logarithm of
 the likelihood of a band is 2 v (ln det S + tr(S^-1 W)), up to a constant (Whittle 1953, Arkiv foer Matematik 2). Of the

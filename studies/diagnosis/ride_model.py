@@ -34,12 +34,12 @@ class Gains:
     answered_slopes: Complex  # (R, b, q, p, 4, i)
 
     def of_ride(self, number: int) -> "Gains":
-        """Those of one ride."""
+        """Gains of one ride."""
         parts = (self.channels, self.answered, self.channel_slopes, self.answered_slopes)
         return Gains(*(part[number : number + 1] for part in parts))
 
     def repeated(self, times: int) -> "Gains":
-        """The same several ``times``, without derivatives."""
+        """Gains several ``times``, without derivatives."""
         channels, answered = (np.tile(part, (times, *(1,) * 4)) for part in (self.channels, self.answered))
         return Gains(channels, answered, channels[:, :, :, None][:, :, :, :0], answered[:, :, :, None][:, :, :, :0])
 

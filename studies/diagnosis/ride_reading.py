@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.identification.recording import CHANNELS, STEER_TORQUE, Run, refuse_copies
+from bicycle.identification.recording import CHANNELS, MOTOR_IN_TORQUE, STEER_TORQUE, Run, refuse_copies
 from bicycle.identification.ride_recording import Ride, is_steady, read_ride
 from bicycle.identification.tapered_spectra import RideSpectrum, bands_between, narrowest_band, ride_spectrum
 from studies.diagnosis.bicycle_kind import SPEED
@@ -26,7 +26,7 @@ from tyre.formats.channel_map import TABLES, ChannelMap
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.files import named_folder
-from tyre.ground.schema import any_table, anything, list_of, maybe, needed, number, read, table, text
+from tyre.ground.schema import any_table, anything, flag, list_of, maybe, needed, number, read, table, text
 
 LOWEST_HZ, HIGHEST_HZ = 0.2, 15.0
 SAME_MOTION = {"steer_rate_rad_s": "steer_rad", "lean_rad": "roll_rate_rad_s"}
@@ -47,6 +47,7 @@ TABLE = table(
         needed("rides", f"no rides; {HOW}"): list_of(any_table, f"must be tables with a file: {HOW}", least=1),
         maybe("folder"): text('must be a folder in quotes, such as "rides" or "$VARIABLE/rides"', blank=False),
         maybe("lowest_Hz", LOWEST_HZ): HERTZ,
+        maybe(MOTOR_IN_TORQUE): flag,
         maybe("highest_Hz", HIGHEST_HZ): HERTZ,
         maybe("steering"): text(
             f"is not allowed; write {RIDER!r}, {CONTROLLER!r} or {NOBODY!r}", allowed=(RIDER, CONTROLLER, NOBODY)

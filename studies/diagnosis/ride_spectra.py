@@ -36,7 +36,7 @@ from studies.diagnosis.mistakes import (
 from studies.diagnosis.ride_disturbances import ANSWERED, CONTROLLER, NOBODY, RIDER, YawMoment
 from studies.diagnosis.ride_figures import DENSITIES
 from studies.diagnosis.ride_model import FEW_TURNS, Fitted, Gains, Holds, Rides
-from studies.diagnosis.ride_reading import TABLE, read_rides
+from studies.diagnosis.ride_reading import TABLE, RidesRead, read_rides
 from studies.diagnosis.whitening import Marginal, integrate_starts_out
 from studies.inference.evidence import folds
 from studies.inference.kind import Candidates, Figure, Prediction, Rows, Series
@@ -94,17 +94,18 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
 
     @classmethod
     def read(cls, content: Any, folder: Path, common: Mapping[str, Any]) -> "RideSpectra":
-        found = read_rides(content, folder, ridden=not nobody_rides(common["model"]))
-        if found.rides.disturbances.controller_gains is not None or STEER_TORQUE in found.rides.spectra[0].channels:
+        rides = read_rides(content, folder, ridden=not nobody_rides(common["model"]))
+        return cls.of_rides(rides, content, common)
+
+    @classmethod
+    def of_rides(cls, rides: RidesRead, content: Mapping[str, Any], common: Mapping[str, Any]) -> "RideSpectra":
+        """The measurement of ``rides``; motors are taken out of the model if their torque is in a recorded one."""
+        motor_notes: tuple[str, ...] = ()
+        spectra = rides.rides
+        if spectra.disturbances.controller_gains is not None or STEER_TORQUE in spectra.spectra[0].channels:
             common, motor_notes = without_motors(content, common)
-            found = replace(found, notes=(*found.notes, *motor_notes))
-        return cls(
-            **common,
-            rides=found.rides,
-            segments=found.segments,
-            left_out=found.left_out,
-            notes=(*found.notes, *found.left_out),
-        )
+        notes = (*rides.notes, *motor_notes, *rides.left_out)
+        return cls(**common, rides=spectra, segments=rides.segments, left_out=rides.left_out, notes=notes)
 
     # ---- candidates ----
 
@@ -154,17 +155,17 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     @cached_property
     def rows(self) -> Rows:  # type: ignore[override]
         """A series is an entry of the spectra of one ride, along frequency."""
-        shown = self._entries()
+        entries = self._entries()
         places, series, abscissa, group, repeat = [], [], [], [], []
         for ride in self.rides.spectra:
             for band, hertz in enumerate(ride.hertz):
-                places += [f"{name}, {ride.speed:.3g} m/s, {hertz:.3g} Hz" for name in shown]
-                series += [f"{ride.name} {name}" for name in shown]
-                abscissa += [hertz] * len(shown)
-                group += [f"{ride.speed:.4g}"] * len(shown)
-                repeat += [f"{6 * band // len(ride.hertz)}"] * len(shown)
-        displays = {f"{ride.name} {name}": display for ride in self.rides.spectra for name, display in shown.items()}
-        speeds = np.repeat(self.speeds, len(self.rides.spectra[0].hertz) * len(shown))
+                places += [f"{name}, {ride.speed:.3g} m/s, {hertz:.3g} Hz" for name in entries]
+                series += [f"{ride.name} {name}" for name in entries]
+                abscissa += [hertz] * len(entries)
+                group += [f"{ride.speed:.4g}"] * len(entries)
+                repeat += [f"{6 * band // len(ride.hertz)}"] * len(entries)
+        displays = {f"{ride.name} {name}": display for ride in self.rides.spectra for name, display in entries.items()}
+        speeds = np.repeat(self.speeds, len(self.rides.spectra[0].hertz) * len(entries))
         fold = folds(group, speeds, repeat)
         return Rows(tuple(places), np.array(abscissa), tuple(series), fold, displays=displays, axis="frequency, Hz")
 
@@ -220,9 +221,9 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         values, slope = gain_matrices(
             family, theta, speed, nodes.ravel(), list(self.rides.disturbances.inputs), outputs, slopes=slopes
         )
-        shown = [outputs.index(name) for name in signals]
+        recorded = [outputs.index(name) for name in signals]
         answered = [outputs.index(name) for name in ANSWERED]
-        motion, motion_slopes = values[:, shown], slope[:, :, shown]
+        motion, motion_slopes = values[:, recorded], slope[:, :, recorded]
         if STEER_TORQUE in self.channels:  # the last channel: the torque itself, the first input
             motion, motion_slopes = _with_first_input(motion), _with_nothing(motion_slopes)
         s: Complex = np.asarray(2j * np.pi * nodes.ravel())
@@ -334,16 +335,16 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         if loop.steering != RIDER:
             return np.zeros((1, rides, len(loop.names)))
         starts = np.zeros((RIDERS, rides, len(loop.names)))
-        found = np.zeros(rides, int)
+        counts = np.zeros(rides, int)
         rng = np.random.default_rng(1)
         for _ in range(MOST_DRAWN):
             drawn = loop.draw_loops(rides, rng)
-            for ride in np.flatnonzero(holds(drawn) & (found < RIDERS)):
-                starts[found[ride], ride] = drawn[ride]
-                found[ride] += 1
-            if (found == RIDERS).all():
+            for ride in np.flatnonzero(holds(drawn) & (counts < RIDERS)):
+                starts[counts[ride], ride] = drawn[ride]
+                counts[ride] += 1
+            if (counts == RIDERS).all():
                 break
-        return starts[: max(found.max(), 1)]
+        return starts[: max(counts.max(), 1)]
 
     def growth(self, candidates: Candidates, theta: Array, z: Array) -> Array:
         """Largest growth (R,), 1/s, of the bicycle with whoever steers it, at disturbances ``z`` (R, k)."""

@@ -28,14 +28,13 @@ from bicycle.standing import (
     read_standing,
     require_rider,
 )
-from studies.diagnosis.bicycle_kind import BicycleKind
+from studies.diagnosis.bicycle_kind import BatchedKind
 from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.family import Family, Settings
 from studies.diagnosis.mistakes import SENSOR
-from studies.inference import kind as base
 from studies.inference.evidence import folds
 from studies.inference.kind import Candidates, Rows, Series
-from studies.inference.parameter import Candidate, UncertainParameter, central_differences
+from studies.inference.parameter import Candidate, UncertainParameter
 from tyre.ground.arrays import Array
 
 TURNING = ("steer_damper", "steer_spring")  # act on a handlebar that is free
@@ -61,7 +60,7 @@ QUANTITIES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandingKind(BicycleKind, kind="standing"):
+class StandingKind(BatchedKind, kind="standing"):
     """Readings of a standing bicycle."""
 
     keys: ClassVar[Any] = TABLE
@@ -222,14 +221,6 @@ class StandingKind(BicycleKind, kind="standing"):
             for name in dict.fromkeys(quantities)
         }
         return Rows(tuple(labels), order, tuple(quantities), fold, displays=displays, axis="reading")
-
-    def predict(self, candidates: Candidates, theta: Array) -> Array:
-        return self._predict(candidates, theta[None])[0]
-
-    def value_and_jacobian(self, candidates: Candidates, theta: Array) -> base.Prediction:
-        batch, steps = self.family(candidates).stencil(theta)
-        computed = self._predict(candidates, batch)
-        return computed[0], central_differences(computed, steps)
 
     def _predict(self, candidates: Candidates, theta: Array) -> Array:
         """Predicted numbers (k, n) at coordinates (k, p)."""

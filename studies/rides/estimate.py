@@ -12,7 +12,6 @@ import numpy as np
 
 from bicycle.identification.ride_recording import read_ride
 from bicycle.model.model import Model
-from studies.diagnosis.bicycle_kind import without_motors
 from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.ride_disturbances import CONTROLLER, NOBODY, RIDER
 from studies.diagnosis.ride_reading import spectra_of_rides
@@ -192,18 +191,9 @@ def forces_of_rides(
     """Forces along ``rides`` that were read; see :func:`ride_forces`."""
     _refuse_rolling(model)
     _check(grip, steering)
-    found = spectra_of_rides(rides, steering=steering, ridden=not nobody_rides(model))
-    common: dict[str, Any] = {"name": "ride", "model": model, "uncertainty": dict(uncertainty or {})}
-    motor_notes: tuple[str, ...] = ()
-    if found.rides.disturbances.controller_gains is not None or "steer_torque_N_m" in found.rides.spectra[0].channels:
-        common, motor_notes = without_motors({}, common)
-    kind = RideSpectra(
-        **common,
-        rides=found.rides,
-        segments=found.segments,
-        left_out=found.left_out,
-        notes=(*found.notes, *motor_notes),
-    ).prepare()
+    rides_read = spectra_of_rides(rides, steering=steering, ridden=not nobody_rides(model))
+    common = {"name": "ride", "model": model, "uncertainty": dict(uncertainty or {})}
+    kind = RideSpectra.of_rides(rides_read, {}, common).prepare()
     final = fit(kind, ())
     return RideForces(
         segment_forces(kind, final),
@@ -214,8 +204,8 @@ def forces_of_rides(
         final.goodness,
         final.converged,
         _narrowed(final),
-        found.left_out,
-        kind.notes,
+        kind.left_out,
+        tuple(note for note in kind.notes if note not in kind.left_out),
     )
 
 

@@ -116,8 +116,8 @@ class Smoother:
         for x in range(across.shape[1]):
             lagged = np.einsum("fc,pf->pcf", across[:, x].conj(), turns)
             columns = scipy.fft.irfft(lagged, record.length)[..., : record.n]
-            seen = (columns * record.solve(columns, ROUGHLY)).sum((1, 2)) / (2 * record.step)
-            left.append(scipy.integrate.trapezoid(self.wanted[:, x], self.hertz) - seen)
+            explained = (columns * record.solve(columns, ROUGHLY)).sum((1, 2)) / (2 * record.step)
+            left.append(scipy.integrate.trapezoid(self.wanted[:, x], self.hertz) - explained)
         return np.array(left)
 
 
@@ -142,10 +142,10 @@ class Record:
             np.interp(self._bins, self._hertz, column.real) + 1j * np.interp(self._bins, self._hertz, column.imag)
             for column in flat.T
         ]
-        found = np.stack(columns)
+        interpolated = np.stack(columns)
         if not beyond:
-            found[:, self._bins > self._hertz[-1]] = 0
-        return np.moveaxis(found.reshape(*values.shape[1:], -1), -1, 0)
+            interpolated[:, self._bins > self._hertz[-1]] = 0
+        return np.moveaxis(interpolated.reshape(*values.shape[1:], -1), -1, 0)
 
     def filtered(self, gain: NDArray[Any], signals: Array) -> Array:
         """Answers (..., X, n) of a ``gain`` (bins, X, C) to signals (..., C, n) that are 0 beyond."""
@@ -251,14 +251,14 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
 
     settled = kind.settle(final.candidates, final.theta)
     z = settled.fitted.z[ride]
-    here = closed(final.theta)
-    wanted, _, recorded = here.spectra(z)
+    loop = closed(final.theta)
+    wanted, _, recorded = loop.spectra(z)
     tops, weights = tops_of(kind.rides.of_ride(ride), settled.fitted.gains.of_ride(ride), z)
-    gain, error, spread = _over_tops(here, tops, weights)
+    gain, error, spread = _over_tops(loop, tops, weights)
     shifts = [
         (closed(final.theta + part).gain(z + more) - closed(final.theta - part).gain(z - more)) / (2 * STEP)
         if part.any()
-        else (here.gain(z + more) - here.gain(z - more)) / (2 * STEP)
+        else (loop.gain(z + more) - loop.gain(z - more)) / (2 * STEP)
         for part, more in ((STEP * a, STEP * b) for a, b in uncertain_axes(settled.fitted, final, ride))
     ]
     sizes = np.diagonal(wanted, axis1=1, axis2=2).real

@@ -33,17 +33,17 @@ def loop_modes(kind: RideSpectra, final: Fit) -> list[list[LoopMode]]:
     poles = kind.closed_loop_poles(final.candidates, final.theta, fitted.z)
     modes = []
     for ride, speed in enumerate(kind.speeds.tolist()):
-        found = sorted((p for p in poles[ride] if SLOWEST < p.imag < FASTEST), key=lambda pole: pole.imag)
-        variance = np.zeros((len(found), 2))
+        oscillations = sorted((p for p in poles[ride] if SLOWEST < p.imag < FASTEST), key=lambda pole: pole.imag)
+        variance = np.zeros((len(oscillations), 2))
         for change, disturbed in uncertain_axes(fitted, final, ride):
             z = fitted.z.copy()
             z[ride] += STEP * disturbed
             moved = kind.closed_loop_poles(final.candidates, final.theta + STEP * change, z)[ride]
-            for row, pole in enumerate(found):
+            for row, pole in enumerate(oscillations):
                 shift = (moved[np.argmin(np.abs(moved - pole))] - pole) / STEP
                 variance[row] += shift.real**2, shift.imag**2
         sd = final.noise_factor * np.sqrt(variance)
         modes.append(
-            [LoopMode(speed, p.real, float(s[0]), p.imag, float(s[1])) for p, s in zip(found, sd, strict=True)]
+            [LoopMode(speed, p.real, float(s[0]), p.imag, float(s[1])) for p, s in zip(oscillations, sd, strict=True)]
         )
     return modes

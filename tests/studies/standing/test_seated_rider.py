@@ -8,12 +8,12 @@ import math
 
 import numpy as np
 import pytest
+from front_frame_command import refuse, run
 
 from bicycle import load_bicycle
 from bicycle.effects import effect_class
 from bicycle.model import read_model
 from bicycle.standing import Prediction, Readings, Tap
-from studies.cli import main
 from studies.diagnosis import read_measurement
 from studies.inference import fit
 from tests.validation.seated_bench import Rider, Seated
@@ -59,17 +59,6 @@ def write(folder, seated, *, which=(0, 1), ratios=True, head=HEAD, table=TABLE):
     (folder / "taps.csv").write_text("\n".join(lines) + "\n")
     (folder / "seated.toml").write_text(head + table)
     return folder / "seated.toml"
-
-
-def run(capsys, *arguments):
-    main(["front-frame", *map(str, arguments)])
-    return capsys.readouterr().out
-
-
-def refuse(capsys, *arguments):
-    with pytest.raises(SystemExit):
-        main(["front-frame", *map(str, arguments)])
-    return capsys.readouterr().err
 
 
 def test_the_vibrations_give_front_and_saddle_with_their_covariance(tmp_path, capsys):
