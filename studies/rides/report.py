@@ -58,7 +58,7 @@ def segment_lines(forces: RideForces) -> list[str]:
 
 
 def sentences(forces: RideForces) -> list[str]:
-    """What the reader must know beside the table."""
+    """Sentences on loads, grip and trust, which belong to the table."""
     origin = "assumed" if forces.grip_assumed else "given"
     rear, front = forces.static_loads
     lines = [
@@ -74,10 +74,10 @@ def sentences(forces: RideForces) -> list[str]:
     lines.append(f"The model fits the spectra of the ride with chi^2 {forces.misfit:.2f} per number.")
     if forces.goodness < TRUSTED:
         lines.append(
-            "This chi^2 is too large, so the bands cannot be trusted; `velotyre diagnose` with kind ride_spectra finds "
-            "what is missing."
+            "This chi^2 is too large, so neither bands nor fitted parameters can be trusted. `velotyre diagnose` with "
+            "kind ride_spectra searches for what is missing."
         )
-    if not forces.converged:
+    elif not forces.converged:
         lines.append(
             "The fit of the spectra did not converge, so the bands cannot be trusted; ride longer at one speed."
         )
@@ -85,7 +85,9 @@ def sentences(forces: RideForces) -> list[str]:
 
 
 def narrowed_rows(forces: RideForces) -> list[list[str]]:
-    """Rows of a table: parameters whose uncertainty the ride has narrowed."""
+    """Rows of a table: parameters whose uncertainty the ride has narrowed; none where the model does not fit."""
+    if forces.goodness < TRUSTED:
+        return []
     return [
         [one.name, one.unit, f"{one.stated:.4g} ± {one.stated_sd:.2g}", f"{one.value:.4g} ± {one.sd:.2g}"]
         for one in forces.narrowed

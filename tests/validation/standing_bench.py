@@ -162,7 +162,7 @@ class Stand:
 
 
 def vibrate(a: Array, rows: Array, state: Array, noise: Array, rate: float) -> dict[str, Array]:
-    """Time (s) and ``rows`` (places, n) of the accelerations of x' = a x from ``state`` (2 n,) at 0.15 s, with noise."""
+    """Time (s) and accelerations, by ``rows`` (places, n), of x' = a x from ``state`` (2 n,) at 0.15 s, and noise."""
     step = scipy.linalg.expm(a / rate)
     signals = noise.copy()
     for k in range(int(0.15 * rate), signals.shape[1]):

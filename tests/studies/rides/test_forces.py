@@ -155,6 +155,16 @@ def test_command_writes_table_and_figure(printed, folder):
     assert {"time_s", "rear_lateral_force_N", "front_slip_angle_deg_sd", "rear_grip_share"} <= set(table)
 
 
+def test_numbers_of_a_model_that_does_not_fit_are_not_offered(printed, folder):
+    """A steering with a damper of 30 N m s/rad, of which the ride has none."""
+    (folder / "damped.toml").write_text(MODEL + "[effects.steer_damper]\ndamping = 30.0\n")
+    said = printed(
+        "forces", f"{folder / 'ride.csv'}@{SPEED}", "--model", folder / "damped.toml", "--steering", "nobody"
+    )
+    assert "neither bands nor fitted parameters can be trusted" in said
+    assert "Parameters that the ride has narrowed" not in said
+
+
 @pytest.mark.parametrize(
     ("model", "options", "words"),
     [
