@@ -14,7 +14,7 @@ import numpy as np
 from bicycle.equations.declarations import Coordinate, Mode
 from bicycle.equations.lateral import ModelBuilder
 from bicycle.parameters.bicycle import bodies
-from bicycle.parameters.front_hinge import critical_damping
+from bicycle.parameters.front_hinge import critical_damping, hinge_at
 from bicycle.parameters.parameter_covariance import WHEELS
 from bicycle.parameters.rigid_bodies import Body
 from tyre.ground.door import library
@@ -28,6 +28,14 @@ ANY = (-math.inf, math.inf)
 
 DAMPING_RATIO = "damping_ratio"
 """Key of a sprung joint in place of its damping: share of critical damping."""
+
+HEIGHT_ABOVE_HUB = "height_above_hub"
+"""Key of the front frame's hinge in place of joint_x and joint_z: m above the front hub, along the steer axis."""
+
+MOST_HEIGHT = 1.5  # m above or below the front hub
+
+STAND_INS = {DAMPING_RATIO: "", HEIGHT_ABOVE_HUB: "m"}
+"""Key in place of parameters -> its SI unit."""
 
 
 @dataclass(frozen=True)
@@ -351,6 +359,11 @@ class Effect:
         }
 
     @property
+    def stand_ins(self) -> dict[str, float]:
+        """Numbers that were given in place of parameters, SI; only some effects take them."""
+        return {}
+
+    @property
     def table(self) -> dict[str, Any]:
         """Numbers that were given, SI, as the table of a model file holds them."""
         written: dict[str, Any] = {}
@@ -449,13 +462,18 @@ class SprungJoint(Effect):
         return {f"{self.identifier}.{name}": number for name, number in numbers.items()}
 
     @property
+    def stand_ins(self) -> dict[str, float]:
+        """Numbers that were given in place of parameters, such as ``damping_ratio``, SI."""
+        entries = {entry for p in self.parameters for entry in p.entries()}
+        return {name: number for name, number in self._given.items() if name not in entries}
+
+    @property
     def table(self) -> dict[str, Any]:
-        """As of any effect; a ``damping_ratio`` stays one."""
-        ratio = {DAMPING_RATIO: self._given[DAMPING_RATIO]} if DAMPING_RATIO in self._given else {}
-        return super().table | ratio
+        """As of any effect; what was given in place of a parameter stays as it was given."""
+        return super().table | self.stand_ins
 
     def __repr__(self) -> str:
-        if DAMPING_RATIO not in self._given:
+        if not self.stand_ins:
             return super().__repr__()
         numbers = ", ".join(f"{name}={number!r}" for name, number in self._given.items())
         return f"{type(self).__name__}({numbers})"
@@ -467,6 +485,37 @@ class SprungJoint(Effect):
     def spring(self, model: ModelBuilder, joint: Coordinate) -> None:
         """Let spring and damper act on the joint."""
         model.add_torque(joint, -self.stiffness * joint.angle - self.damping * joint.rate)
+
+
+class SteerAxisHinge(SprungJoint):
+    """A sprung joint at (``joint_x``, ``joint_z``) that takes ``height_above_hub`` in their place.
+
+    The height (m) is measured along the steer axis, from its point nearest to the front hub.
+    """
+
+    def __init__(self, /, **values: Any) -> None:
+        height = values.pop(HEIGHT_ABOVE_HUB, None)
+        if height is None:
+            super().__init__(**values)
+            return
+        where = f"effect {self.identifier!r}: {HEIGHT_ABOVE_HUB}"
+        twice = [name for name in ("joint_x", "joint_z") if name in values]
+        if twice:
+            raise InputError(f"{where} and {' and '.join(twice)} say the same; remove one")
+        if not is_number(height) or not -MOST_HEIGHT <= height <= MOST_HEIGHT:
+            raise InputError(f"{where} = {shown(height)} must be between -{MOST_HEIGHT} and {MOST_HEIGHT} m")
+        super().__init__(**values, joint_x=0.0, joint_z=0.0)
+        for name in ("joint_x", "joint_z"):  # they follow from the height once the bicycle is known
+            del self._given[name], self.__dict__[name]
+        self._given[HEIGHT_ABOVE_HUB] = float(height)
+
+    def values(self, bicycle: Mapping[str, float]) -> dict[str, float]:
+        """Every parameter as ``identifier.name``, SI; a height above the hub becomes a place on the steer axis."""
+        if HEIGHT_ABOVE_HUB not in self._given:
+            return super().values(bicycle)
+        numbers = {name: number for name, number in self.table.items() if name != HEIGHT_ABOVE_HUB}
+        joint_x, joint_z = hinge_at(bicycle, self._given[HEIGHT_ABOVE_HUB])
+        return type(self)(**numbers, joint_x=joint_x, joint_z=joint_z).values(bicycle)
 
 
 SHARES = {"mass_share": {"mass"}, "inertia_share": {"Ixx", "Izz", "Ixz"}}
