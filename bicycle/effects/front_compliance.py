@@ -3,7 +3,8 @@
 import math
 from collections.abc import Mapping
 
-from bicycle.effects.effect import ANY, Mode, Parameter, SteerAxisHinge
+from bicycle.effects.effect import ANY, Mode, Parameter
+from bicycle.effects.sprung_joint import SteerAxisHinge
 from bicycle.equations.lateral import ModelBuilder
 from bicycle.parameters.front_hinge import front_inertia
 from tyre.ground.door import library

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effects.effect import STAND_INS, Effect
+from bicycle.effects.effect import Effect
 from bicycle.effects.effect_registry import effect_class
+from bicycle.effects.sprung_joint import STAND_INS
 from bicycle.model.wheel_tyres import FROM_TYRE
 from bicycle.parameters.parameter_covariance import MODEL_FILE, WHEELS, ParameterCovariance
 from tyre.ground.number_with_sd import measured_number
