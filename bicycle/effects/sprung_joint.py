@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effects.effect import Effect, effect_of
+from bicycle.effects.effect import Effect, Parameter, effect_of
 from bicycle.equations.declarations import Coordinate
 from bicycle.equations.lateral import ModelBuilder
 from bicycle.parameters.front_hinge import critical_damping, hinge_at
@@ -21,8 +21,26 @@ HEIGHT_ABOVE_HUB = "height_above_hub"
 
 MOST_HEIGHT = 1.5  # m above or below the front hub
 
-STAND_INS = {DAMPING_RATIO: "", HEIGHT_ABOVE_HUB: "m"}
-"""Key in place of parameters -> its SI unit."""
+
+class StandIns:
+    """Numbers that a model file may give in place of parameters of a joint."""
+
+    damping_ratio = Parameter(
+        "1", "damping over critical damping, all else held", bounds=(0.0, 2.0), typical=(0.02, 0.4)
+    )
+    height_above_hub = Parameter(
+        "m",
+        "of the hinge, along the steer axis from its point nearest to the front hub",
+        bounds=(-MOST_HEIGHT, MOST_HEIGHT),
+        typical=(0.2, 0.45),
+    )
+
+
+STAND_INS: dict[str, tuple[Parameter, tuple[str, ...]]] = {
+    DAMPING_RATIO: (StandIns.damping_ratio, ("damping",)),
+    HEIGHT_ABOVE_HUB: (StandIns.height_above_hub, ("joint_x", "joint_z")),
+}
+"""Key in place of parameters -> its declaration, the names of these parameters."""
 
 
 class SprungJoint(Effect):

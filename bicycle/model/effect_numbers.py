@@ -59,7 +59,8 @@ def plain_effects(tables: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, di
 
 def _units(kind: type[Effect]) -> dict[str, str]:
     """SI unit of each parameter of an effect, empty where it has none."""
-    return STAND_INS | {p.name: "" if p.unit == "1" else p.unit for p in kind.parameters}
+    declared = (*kind.parameters, *(p for p, _ in STAND_INS.values()))
+    return {p.name: "" if p.unit == "1" else p.unit for p in declared}
 
 
 def _plain(value: Any, where: str, name: str, unit: str, key: str, sd: dict[str, float]) -> Any:
