@@ -7,8 +7,7 @@ their spectra adds. The rides were computed outside velotyre by Kane's equations
 All values before the rides and their uncertainties are assumed. The hinge of the front frame is stated at its true
 place with an uncertainty of 5 mm, as if it had been measured at standstill.
 
-The interval of the rear cornering stiffness misses the true value. Intervals from rides are too narrow;
-:doc:`/from_a_ride` states how often they hold, and how to measure.
+All five intervals hold the true value. :doc:`/from_a_ride` states how often they do, and how to measure.
 """
 
 import shutil

@@ -1,9 +1,10 @@
 """Disturbances of an ordinary ride: torques and forces that are not recorded, and a rider who steers.
 
-Each input has a spectrum S(f) = a^2 ((1 + 1/c^2) / (1 + (f/c)^2))^p, one-sided, with its root a at 1 Hz, a corner c in
-Hz and a power p. The rider's torque on the handlebar, beside that of the spectrum, is that of the arms and that of the
-muscles, T = -(k steer + d steer rate) - M(s) (gains on lean, its rate, steer and its rate) with the second-order lag
-M = w^2 / (s^2 + 2 zeta w s + w^2) of Schwab, de Lange, Happee & Moore (2013, Multibody System Dynamics), zeta = 0.707.
+Each input has a spectrum S(f) = a^2 [((1 + 1/c^2) / (1 + (f/c)^2))^p + d / f^2], one-sided, with a size a, a corner c
+in Hz, a power p and a slow part d, as of a rider who follows a road. The rider's torque on the handlebar, beside that
+of the spectrum, is that of the arms and that of the muscles, T = -(k steer + d steer rate) - M(s) (gains on lean, its
+rate, steer and its rate) with the second-order lag M = w^2 / (s^2 + 2 zeta w s + w^2) of Schwab, de Lange, Happee &
+Moore (2013, Multibody System Dynamics), whose zeta is 0.707; two lags one after the other have a larger one.
 These numbers are a ride's own and not stated. They have normal priors, which are judgements, and are integrated
 out of what is fitted.
 """
@@ -13,6 +14,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bicycle.effects.effect import Effect
 from bicycle.equations.lateral import ModelBuilder
@@ -21,18 +23,21 @@ from tyre.ground.arrays import Array, Complex
 SIZES = {"steer_torque": 0.3, "lean_torque": 5.0, "lateral_push": 5.0, "yaw_moment": 2.0}
 """Input -> prior median of the root of its density at 1 Hz, N m or N per root of Hz."""
 SIZE_SPREAD, CORNER_SPREAD, POWER_SPREAD = 2.0, 1.0, 1.0  # prior sd: logarithms of size and corner, and power
+OF_INPUT = ("size", "corner", "power", "slow part")
+"""Numbers of the spectrum of an input."""
+SLOW_PART, SLOW_PART_SPREAD = 0.01, 2.0  # prior median of the slow part at 1 Hz, in squares of the size; sd of its log
 CORNER, POWER = 1.0, 1.0  # prior median of the corner, Hz; prior mean of the power
 ANSWERED = ("lean", "lean_rate", "steer", "steer_rate")
 GAINS = (40.0, 20.0, 60.0, 4.0)  # prior sd, N m/rad and N m s/rad: half of what rider_control calls typical
 ARMS = {2: 20.0, 3: 3.0}  # prior sd of the arms' stiffness and damping, N m/rad and N m s/rad, by place in ANSWERED
 MUSCLES, MUSCLES_SPREAD = 2 * np.pi * 2.17, 0.7  # rad/s, prior median of w; sd of its logarithm
 MOTOR = 2 * np.pi * 10.0  # rad/s, prior median of the same lag of a motor that a controller drives
-ZETA = 0.707
+ZETA, ZETA_SPREAD = 0.707, 0.4  # prior median of the lag's damping ratio; sd of its logarithm, for a rider's muscles
 Steering = Literal["rider", "controller", "nobody"]
 RIDER: Steering = "rider"
 CONTROLLER: Steering = "controller"
 NOBODY: Steering = "nobody"
-SLOW = (-1.0, -1.5, 1.0)  # size, corner and power of an input that falls above 0.2 Hz, in prior sd
+SLOW = (-1.0, -1.5, 1.0, 0.0)  # size, corner, power and slow part of an input that falls above 0.2 Hz, in prior sd
 FARTHEST = 12.0  # of the logarithm of a corner or of the muscles' frequency: it lies far outside the band
 LARGEST = 60.0  # of a logarithm of a density: a trial far outside its prior
 FOLLOWS = 5e-4  # s; at 15 Hz it lags by 3 degrees
@@ -75,11 +80,11 @@ class Disturbances:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names (k,) of the coordinates."""
-        spectra = [f"{name} {what}" for name in self.inputs for what in ("size", "corner", "power")]
+        spectra = [f"{name} {what}" for name in self.inputs for what in OF_INPUT]
         arms = [f"torque of the arms by {ANSWERED[k]}" for k in ARMS]
         muscles = [f"torque of the muscles by {name}" for name in ANSWERED]
         loop = {
-            RIDER: [*arms, *muscles, "frequency of the muscles"],
+            RIDER: [*arms, *muscles, "damping of the muscles", "frequency of the muscles"],
             CONTROLLER: ["frequency of the motor"],
             NOBODY: list[str](),
         }
@@ -89,7 +94,7 @@ class Disturbances:
     @cached_property
     def loop(self) -> slice:
         """Coordinates of the loop: gains and delay."""
-        first = 3 * len(self.inputs) + len(PLACE)
+        first = len(OF_INPUT) * len(self.inputs) + len(PLACE)
         return slice(first, len(self.names) - len(self.floors))
 
     def draw_loops(self, count: int, rng: np.random.Generator) -> Array:
@@ -102,8 +107,9 @@ class Disturbances:
         """Coordinates ``z`` (k,), and the same with each input in turn as it usually is, and slow: (starts, k)."""
         starts = np.tile(z, (1 + 2 * len(self.inputs), 1))
         for k in range(len(self.inputs)):
-            starts[1 + 2 * k, 3 * k : 3 * k + 3] = 0.0
-            starts[2 + 2 * k, 3 * k : 3 * k + 3] = SLOW
+            own = slice(len(OF_INPUT) * k, len(OF_INPUT) * (k + 1))
+            starts[1 + 2 * k, own] = 0.0
+            starts[2 + 2 * k, own] = SLOW
         return starts
 
     def repeated(self, times: int) -> "Disturbances":
@@ -121,7 +127,7 @@ class Disturbances:
         mixed = np.tile(np.eye(len(self.inputs)), (len(z), 1, 1))
         push = self.inputs.index("lateral_push")
         for k, name in enumerate(PLACE):
-            mixed[:, self.inputs.index(name), push] = PLACE_SPREAD * z[:, 3 * len(self.inputs) + k]
+            mixed[:, self.inputs.index(name), push] = PLACE_SPREAD * z[:, len(OF_INPUT) * len(self.inputs) + k]
         return mixed
 
     def densities(self, z: Array, hertz: Array) -> Array:
@@ -130,22 +136,25 @@ class Disturbances:
         return np.asarray(np.exp(np.clip(logarithm, -LARGEST, LARGEST)))
 
     def density_slopes(self, z: Array, hertz: Array) -> Array:
-        """Derivatives (R, b, q, inputs, 3) of the densities by size, corner and power."""
+        """Derivatives (R, b, q, inputs, 4) of the densities by what :data:`OF_INPUT` names."""
         logarithm, slopes = self._log_densities(z, hertz)
         return np.asarray(np.exp(np.clip(logarithm, -LARGEST, LARGEST))[..., None] * slopes)
 
     def _log_densities(self, z: Array, hertz: Array) -> tuple[Array, Array]:
-        x = z[:, : 3 * len(self.inputs)].reshape(len(z), 1, 1, -1, 3)
+        count = len(OF_INPUT)
+        x = z[:, : count * len(self.inputs)].reshape(len(z), 1, 1, -1, count)
         size = np.log([SIZES[name] for name in self.inputs]) + SIZE_SPREAD * x[..., 0]
         corner = CORNER * np.exp(np.clip(CORNER_SPREAD * x[..., 1], -FARTHEST, FARTHEST))
         power = POWER + POWER_SPREAD * x[..., 2]
         squared = (hertz[..., None] / corner) ** 2
         fall = np.log1p(1 / corner**2) - np.log1p(squared)
         by_corner = 2 * squared / (1 + squared) - 2 / (1 + corner**2)
-        logarithm = 2 * size + power * fall
-        slopes = np.stack(
-            [np.full(fall.shape, 2 * SIZE_SPREAD), CORNER_SPREAD * power * by_corner, POWER_SPREAD * fall], -1
-        )
+        quick = np.exp(np.clip(power * fall, -LARGEST, LARGEST))
+        slow = SLOW_PART * np.exp(np.clip(SLOW_PART_SPREAD * x[..., 3], -FARTHEST, FARTHEST)) / hertz[..., None] ** 2
+        share = quick / (quick + slow)
+        logarithm = 2 * size + np.log(quick + slow)
+        by_quick = [CORNER_SPREAD * power * by_corner * share, POWER_SPREAD * fall * share]
+        slopes = np.stack([np.full(fall.shape, 2 * SIZE_SPREAD), *by_quick, SLOW_PART_SPREAD * (1 - share)], -1)
         return logarithm, slopes
 
     def answers(self, z: Array, s: Complex) -> Complex:
@@ -156,54 +165,59 @@ class Disturbances:
 
     def answer_slopes(self, z: Array, s: Complex) -> Complex:
         """Derivatives (R, b, q, 4, loop) of :meth:`answers` by the coordinates of the loop."""
-        answers, muscles, by_frequency = self._answers(z, s)
+        answers, muscles, by_frequency, by_damping = self._answers(z, s)
         slopes = np.zeros((*answers.shape, len(z[0, self.loop])), complex)
         slopes[..., -1] = by_frequency
         if self.steering == RIDER:
+            slopes[..., -2] = by_damping
             for column, (k, sd) in enumerate(ARMS.items()):
                 slopes[..., k, column] = sd
             for k, gain in enumerate(GAINS):
                 slopes[..., k, len(ARMS) + k] = gain * muscles
         return slopes
 
-    def _answers(self, z: Array, s: Complex) -> tuple[Complex, Complex, Complex]:
-        """Torques (R, b, q, 4), the muscles' lag M (R, b, q), and derivatives (R, b, q, 4) by their frequency."""
+    def _answers(self, z: Array, s: Complex) -> tuple[Complex, Complex, Complex, Complex]:
+        """Torques (R, b, q, 4), the muscles' lag M (R, b, q), derivatives (R, b, q, 4) by its frequency and damping."""
         x = z[:, self.loop]
-        ridden = self.controller_gains is None
-        gains = x[:, len(ARMS) : -1] * GAINS if self.controller_gains is None else self.controller_gains
-        frequency = (MUSCLES if ridden else MOTOR) * _factor_of(x[:, -1])[:, None, None]
+        gains, frequency, zeta = (number[:, None, None] for number in self._lag(x, np.arange(len(x))))
         ratio = s / frequency
-        muscles = 1 / (1 + 2 * ZETA * ratio + ratio**2)
-        by_frequency = MUSCLES_SPREAD * muscles**2 * (2 * ZETA * ratio + 2 * ratio**2)
-        torque = gains[:, None, None] * muscles[..., None]
-        for column, (k, sd) in enumerate(ARMS.items() if ridden else ()):
+        muscles = 1 / (1 + 2 * zeta * ratio + ratio**2)
+        by_frequency = MUSCLES_SPREAD * muscles**2 * (2 * zeta * ratio + 2 * ratio**2)
+        by_damping = -ZETA_SPREAD * muscles**2 * 2 * zeta * ratio
+        torque = gains * muscles[..., None]
+        for column, (k, sd) in enumerate(ARMS.items() if self.controller_gains is None else ()):
             torque[..., k] += sd * x[:, column, None, None]
-        return torque, muscles, gains[:, None, None] * by_frequency[..., None]
+        return torque, muscles, gains * by_frequency[..., None], gains * by_damping[..., None]
 
-    def closed_loop(self, state: Array, steered: Array, motion: Array, z: Array, ride: int) -> Array:
-        """State matrix (n + 2, n + 2) of a bicycle x' = ``state`` x + ``steered`` T whose rider or controller steers.
-
-        ``motion`` (4, n) gives lean, its rate, steer and its rate; ``z`` (k,) are the disturbances of this ``ride``.
-        """
-        n = len(state)
-        closed = np.zeros((n + 2, n + 2))
-        closed[:n, :n] = state
-        if self.steering == NOBODY:
-            closed[range(n, n + 2), range(n, n + 2)] = -1.0
-            return closed
-        x = z[self.loop]
-        gains, frequency = np.zeros(4), MOTOR * _factor_of(x[-1])
+    def _lag(self, x: Array, rides: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+        """Gains (m, 4), frequency (m,), rad/s, and damping ratio (m,) of the lag of ``rides`` (m,), at ``x`` (m, l)."""
         if self.controller_gains is not None:
-            gains = self.controller_gains[ride]
-        else:
-            arms = np.zeros(4)
-            arms[list(ARMS)] = x[: len(ARMS)] * list(ARMS.values())
-            closed[:n, :n] -= np.outer(steered, arms @ motion)
-            gains, frequency = x[len(ARMS) : -1] * GAINS, MUSCLES * _factor_of(x[-1])
-        closed[:n, n] = -steered
-        closed[n, n + 1] = 1.0
-        closed[n + 1, :n] = frequency**2 * (gains @ motion)
-        closed[n + 1, n:] = -(frequency**2), -2 * ZETA * frequency
+            return self.controller_gains[rides], MOTOR * _factor(MUSCLES_SPREAD * x[:, -1]), np.full(len(x), ZETA)
+        zeta = ZETA * _factor(ZETA_SPREAD * x[:, -2])
+        return x[:, len(ARMS) : -2] * GAINS, MUSCLES * _factor(MUSCLES_SPREAD * x[:, -1]), zeta
+
+    def closed_loops(self, state: Array, steered: Array, motion: Array, z: Array, rides: NDArray[np.intp]) -> Array:
+        """State matrices (m, n + 2, n + 2) of bicycles x' = ``state`` x + ``steered`` T that somebody steers.
+
+        ``state`` is (m, n, n), ``steered`` (m, n); ``motion`` (m, 4, n) gives lean, its rate, steer and its rate; ``z``
+        (m, k) are disturbances of the ``rides`` (m,).
+        """
+        n = state.shape[1]
+        closed = np.zeros((len(z), n + 2, n + 2))
+        closed[:, :n, :n] = state
+        if self.steering == NOBODY:
+            closed[:, range(n, n + 2), range(n, n + 2)] = -1.0
+            return closed
+        x = z[:, self.loop]
+        gains, frequency, zeta = self._lag(x, rides)
+        if self.controller_gains is None:
+            arms = np.zeros((len(z), 4))
+            arms[:, list(ARMS)] = x[:, : len(ARMS)] * list(ARMS.values())
+            closed[:, :n, :n] -= steered[:, :, None] * (arms[:, None] @ motion)
+        closed[:, :n, n] = -steered
+        closed[:, n, n + 1] = 1.0
+        closed[:, n + 1, :n] = frequency[:, None] ** 2 * (gains[:, None] @ motion)[:, 0]
+        closed[:, n + 1, n], closed[:, n + 1, n + 1] = -(frequency**2), -2 * zeta * frequency
         return closed
 
     def noise(self, z: Array) -> Array:
@@ -212,6 +226,6 @@ class Disturbances:
         return np.asarray(self.floors * np.exp(np.clip(logarithm, -LARGEST, LARGEST)))
 
 
-def _factor_of(coordinate: Array) -> Array:
-    """Factor on the usual frequency of the muscles or of the motor."""
-    return np.asarray(np.exp(np.clip(MUSCLES_SPREAD * coordinate, -FARTHEST, FARTHEST)))
+def _factor(logarithm: Array) -> Array:
+    """Factor on the usual frequency or damping of the muscles or of the motor."""
+    return np.asarray(np.exp(np.clip(logarithm, -FARTHEST, FARTHEST)))

@@ -27,6 +27,7 @@ class SpectralMisfit:
 
     measured: Complex  # (R, b, C, C)
     averages: Array  # (R, b)
+    share: float = 1.0  # of the misfit that counts
 
     @cached_property
     def root_inverse(self) -> Complex:
@@ -39,7 +40,7 @@ class SpectralMisfit:
         channels = self.measured.shape[-1]
         logs = sum(np.log(self.averages) - digamma(self.averages - i) for i in range(channels))
         expected = 2 * self.averages * logs
-        return np.asarray(np.sqrt(self.averages) * channels / np.sqrt(expected))
+        return np.asarray(np.sqrt(self.share * self.averages) * channels / np.sqrt(expected))
 
     def whiten(self, signals: Complex) -> Complex:
         """R^-1 y of ``signals`` y (R, b, ..., C, columns)."""

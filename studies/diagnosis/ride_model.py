@@ -33,6 +33,11 @@ class Gains:
     channel_slopes: Complex  # (R, b, q, p, C, i)
     answered_slopes: Complex  # (R, b, q, p, 4, i)
 
+    @property
+    def with_slopes(self) -> bool:
+        """True if the derivatives are there."""
+        return bool(self.channel_slopes.size)
+
     def of_ride(self, number: int) -> "Gains":
         """Gains of one ride."""
         parts = (self.channels, self.answered, self.channel_slopes, self.answered_slopes)
@@ -50,13 +55,13 @@ class Rides:
 
     spectra: tuple[RideSpectrum, ...]
     disturbances: Disturbances
+    share: float = 1.0  # of the misfit that counts: less makes a search from far away easier
 
     @cached_property
     def misfit(self) -> SpectralMisfit:
         """Measured spectra, ready to be compared."""
-        return SpectralMisfit(
-            np.array([ride.values for ride in self.spectra]), np.array([ride.averages for ride in self.spectra])
-        )
+        values, averages = ([getattr(ride, name) for ride in self.spectra] for name in ("values", "averages"))
+        return SpectralMisfit(np.array(values), np.array(averages), self.share)
 
     @cached_property
     def nodes(self) -> Array:

@@ -7,7 +7,7 @@ forces and by a rider who steers; :mod:`studies.diagnosis.ride_likelihood` says 
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import count
 from pathlib import Path
 from typing import Any, ClassVar
@@ -35,9 +35,17 @@ from studies.diagnosis.mistakes import (
 )
 from studies.diagnosis.ride_disturbances import ANSWERED, CONTROLLER, NOBODY, RIDER, YawMoment
 from studies.diagnosis.ride_figures import DENSITIES
-from studies.diagnosis.ride_model import FEW_TURNS, Fitted, Gains, Holds, Rides
+from studies.diagnosis.ride_model import FEW_TURNS, Fitted, Gains, Rides
 from studies.diagnosis.ride_reading import TABLE, RidesRead, read_rides
-from studies.diagnosis.whitening import Marginal, integrate_starts_out
+from studies.diagnosis.ride_search import (
+    OpenLoops,
+    RidersDrawn,
+    integrate_disturbances_out,
+    most_probable,
+    search_from,
+    steady_riders,
+)
+from studies.diagnosis.whitening import Marginal
 from studies.inference.evidence import folds
 from studies.inference.kind import Candidates, Figure, Prediction, Rows, Series
 from studies.inference.last_answer import LastAnswer
@@ -62,13 +70,9 @@ def _with_nothing(slopes: Complex) -> Complex:
     return np.concatenate([slopes, np.zeros_like(slopes[:, :, :1])], 2)
 
 
-UNSTABLE = 0.3  # 1/s: a ride of minutes whose motion grows faster is none
-DEMERIT = 20.0  # of a misfit, of disturbances that make the bicycle unstable
-RIDERS, MOST_DRAWN = 8, 4000  # riders who hold the bicycle from whom a search begins, and most draws for them
-TURNS_FROM_AFAR = 30  # most steps of such a search
 FAR_OFF = 12.0  # prior sd: no disturbance is sought further off
-EVERY = 3  # accepted points of a fit, of which one is looked at from all starts
-WORTH = 0.1  # of a misfit: other disturbances that lower it by less are the same
+EASIER = (0.003, 0.03, 0.3)  # shares of the misfit, one after the other, by which a search from far away begins
+EVERY = 10  # accepted points of a fit, at one of which riders are sought anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,6 +203,10 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         channels = self.rows.channels
         return {name: numbers[channels == name] for name in dict.fromkeys(channels.tolist())}
 
+    def easier_problems(self) -> tuple["RideSpectra", ...]:
+        """The same with less of the misfit: what the file states then outweighs what a wrong rider asks for."""
+        return tuple(replace(self, rides=replace(self.rides, share=share)) for share in EASIER)
+
     def misreadings(self) -> Iterator[tuple[str, "RideSpectra"]]:
         """Units and signs of the channels, and the unit of the speeds."""
         for place, name in enumerate(self.channels):
@@ -248,10 +256,10 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
             if not any(errors_here):
                 continue
             number = values[:, c].ravel().copy()
-            flat_slope = np.moveaxis(slope[:, :, c], 2, 1).reshape(len(number), -1).copy()
+            flat_slope = np.moveaxis(slope[:, :, c], 2, 1).reshape(len(number), slope.shape[1]).copy()
             apply_sensor(number, flat_slope, np.repeat(s, inputs), errors_here)
             values[:, c] = number.reshape(-1, inputs)
-            slope[:, :, c] = np.moveaxis(flat_slope.reshape(-1, inputs, slope.shape[1]), 1, 2)
+            slope[:, :, c] = np.moveaxis(flat_slope.reshape(len(values), inputs, slope.shape[1]), 1, 2)
         return values, slope
 
     def _turned(
@@ -279,111 +287,68 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     def settle(self, candidates: Candidates, theta: Array, *, anew: bool = False) -> Settled:
         """Most probable disturbances at ``theta`` (p,), and residuals with the disturbances integrated out.
 
-        They are sought from where the latest ones lead. ``anew``, and where these need a rider who makes the bicycle
-        unstable, they are sought from their own starts too: spectra hardly tell a growth from a decay.
+        They are sought from where the latest ones lead. ``anew``, as at each accepted point of a fit, the derivatives
+        are there too, and now and then, or where nobody holds the bicycle, riders are sought anew.
         """
         names = tuple(c.identifier for c in candidates)
 
         def settle() -> Settled:
-            first_of_its_kind = not self._latest or self._latest[0][0] != names
-            gains = self.gains(candidates, theta)
-            z = self.rides.settle(
-                gains, self._start(gains, names, theta), turns=FEW_TURNS, holds=self._holds(candidates, theta)
-            )
-            fitted = Fitted(self.rides, gains, z)
-            if first_of_its_kind:
-                fitted = self._from_all_starts(candidates, theta, fitted)
-            return self._settled(names, theta, fitted)
+            loops = self.open_loops(candidates, theta)
+            if not self._latest or self._latest[0][0] != names:
+                return self._settled(self._search_anew(candidates, theta, loops))
+            start = steady_riders(self.rides.disturbances, loops, self._start(theta))
+            holds = partial(loops.hold, self.rides.disturbances, rides=self._every_ride)
+            gains = self.gains(candidates, theta, slopes=False)
+            z = self.rides.settle(gains, start, turns=FEW_TURNS, holds=holds)
+            return self._settled(Fitted(self.rides, gains, z))
 
         settled = self._last_settled.get((names, theta.tobytes()), settle)
         if anew and not settled.anew:
-            fitted = settled.fitted
-            due = next(self._looks) % EVERY == 0
-            if due or (self.growth(candidates, theta, fitted.z) > UNSTABLE).any():
-                fitted = self._from_all_starts(candidates, theta, fitted)
-                settled = self._settled(names, theta, fitted)
-            settled = replace(settled, anew=True)
+            fitted, loops = settled.fitted, self.open_loops(candidates, theta)
+            if not fitted.gains.with_slopes:
+                fitted = Fitted(self.rides, self.gains(candidates, theta), fitted.z)
+            holds = loops.hold(self.rides.disturbances, fitted.z, self._every_ride)
+            if next(self._looks) % EVERY == 0 or not holds.all():
+                steady = steady_riders(self.rides.disturbances, loops, fitted.z)
+                options = search_from(self.rides, fitted.gains, loops, self._riders.who_hold(loops), steady[None])
+                fitted = most_probable(loops, [fitted, *options])
+            settled = replace(self._settled(fitted), anew=True)
             self._last_settled.put((names, theta.tobytes()), settled)
+            self._latest.append((names, theta, fitted))
         return settled
 
-    def _settled(self, names: tuple[str, ...], theta: Array, fitted: Fitted) -> Settled:
-        self._latest.append((names, theta, fitted))
-        columns = fitted.disturbance_slopes
-        linear = fitted.residual - np.einsum("rnk,rk->rn", columns, fitted.z)
-        return Settled(fitted, integrate_starts_out(columns, linear[..., None]))
+    def _settled(self, fitted: Fitted) -> Settled:
+        return Settled(fitted, integrate_disturbances_out(fitted))
 
-    def _from_all_starts(self, candidates: Candidates, theta: Array, fitted: Fitted) -> Fitted:
-        """The most probable disturbances of each ride: those of ``fitted``, or what riders who are drawn lead to.
-
-        Spectra are alike with very different riders, and a search ends at the next one of them. Few riders hold a
-        bicycle upright; from one who does, without a step to any who does not, the search mostly ends at the best.
-        """
-        holds = self._holds(candidates, theta)
-        best = fitted
-        for start in self._riders(holds):
-            z = self.rides.settle(fitted.gains, start, turns=TURNS_FROM_AFAR, holds=holds)
-            other = Fitted(self.rides, fitted.gains, z)
-            demerits = [one.objective + DEMERIT * ~holds(one.z) for one in (other, best)]
-            better = demerits[0] < demerits[1] - WORTH
-            if better.any():
-                best = best.replaced(better, other)
-        return best
-
-    def _riders(self, holds: Holds) -> Array:
-        """Disturbances (starts, R, k): riders from the prior who hold the bicycle of each ride, all else usual."""
-        loop, rides = self.rides.disturbances, len(self.speeds)
-        if loop.steering != RIDER:
-            return np.zeros((1, rides, len(loop.names)))
-        starts = np.zeros((RIDERS, rides, len(loop.names)))
-        counts = np.zeros(rides, int)
-        rng = np.random.default_rng(1)
-        for _ in range(MOST_DRAWN):
-            drawn = loop.draw_loops(rides, rng)
-            for ride in np.flatnonzero(holds(drawn) & (counts < RIDERS)):
-                starts[counts[ride], ride] = drawn[ride]
-                counts[ride] += 1
-            if (counts == RIDERS).all():
-                break
-        return starts[: max(counts.max(), 1)]
-
-    def growth(self, candidates: Candidates, theta: Array, z: Array) -> Array:
-        """Largest growth (R,), 1/s, of the bicycle with whoever steers it, at disturbances ``z`` (R, k)."""
-        return np.array([poles.real.max() for poles in self.closed_loop_poles(candidates, theta, z)])
+    def _search_anew(self, candidates: Candidates, theta: Array, loops: OpenLoops) -> Fitted:
+        """Rides with the best disturbances from riders who are drawn and from those of the last fit."""
+        gains = self.gains(candidates, theta, slopes=False)
+        usual = np.zeros((len(self.speeds), len(self.rides.disturbances.names)))
+        led = steady_riders(self.rides.disturbances, loops, self._latest[0][2].z if self._latest else usual)
+        return most_probable(loops, search_from(self.rides, gains, loops, self._riders.who_hold(loops), led[None]))
 
     def closed_loop_poles(self, candidates: Candidates, theta: Array, z: Array) -> list[Complex]:
         """Eigenvalues (n + 2,), 1/s, of the bicycle with whoever steers it, for each ride."""
-        rides = range(len(self.speeds))
-        return [self._poles_of_ride(candidates, theta, z[ride : ride + 1], ride)[0] for ride in rides]
+        return [*self.open_loops(candidates, theta).poles(self.rides.disturbances, z, self._every_ride)]
 
-    def _poles_of_ride(self, candidates: Candidates, theta: Array, z: Array, ride: int) -> Complex:
-        """Eigenvalues (m, n + 2), 1/s, of one ride with several disturbances ``z`` (m, k)."""
-        return self._poles(*self._open_loop(candidates, theta, ride), z, ride)
+    @property
+    def _every_ride(self) -> NDArray[np.intp]:
+        """Numbers (R,) of the rides."""
+        return np.arange(len(self.rides.spectra))
 
-    def _open_loop(self, candidates: Candidates, theta: Array, ride: int) -> tuple[Array, Array, Array]:
-        """State matrix (n, n), effect (n,) of the steer torque and rows (4, n) of what a rider answers, of one ride."""
+    def open_loops(self, candidates: Candidates, theta: Array) -> OpenLoops:
+        """The bicycles of all rides without whoever steers them."""
         family = self.family(candidates)
         names = family.symbolic
-        stack = family(theta[None], self.speeds[ride : ride + 1])
-        steered = stack.input[0, 0][:, [names.inputs.index("steer_torque")]]
-        solved = np.linalg.solve(stack.mass[0, 0], np.hstack([stack.dynamics[0, 0], steered]))
-        motion = stack.output[0, 0][[names.outputs.index(name) for name in ANSWERED]]
-        return solved[:, :-1], solved[:, -1], motion
+        stack = family(theta[None], self.speeds)
+        steered = stack.input[0][:, :, [names.inputs.index("steer_torque")]]
+        solved = np.linalg.solve(stack.mass[0], np.concatenate([stack.dynamics[0], steered], 2))
+        motion = stack.output[0][:, [names.outputs.index(name) for name in ANSWERED]]
+        return OpenLoops(solved[..., :-1], solved[..., -1], motion)
 
-    def _poles(self, state: Array, steered: Array, motion: Array, z: Array, ride: int) -> Complex:
-        loop = self.rides.disturbances
-        closed = np.array([loop.closed_loop(state, steered, motion, one, ride) for one in z])
-        finite = np.isfinite(closed).all((1, 2), keepdims=True)  # a bicycle without numbers is as unstable as can be
-        return np.where(finite[..., 0], np.linalg.eigvals(np.where(finite, closed, 0.0)), np.inf).astype(complex)
-
-    def _holds(self, candidates: Candidates, theta: Array) -> Holds:
-        """Whether rides are stable under disturbances: a ride that lasts for minutes is."""
-        loops = [self._open_loop(candidates, theta, ride) for ride in range(len(self.speeds))]
-
-        def holds(z: Array) -> NDArray[np.bool_]:
-            growths = [self._poles(*loop, z[r : r + 1], r).real.max() for r, loop in enumerate(loops)]
-            return np.array(growths) < UNSTABLE
-
-        return holds
+    @cached_property
+    def _riders(self) -> RidersDrawn:
+        return RidersDrawn(self.rides.disturbances)
 
     @cached_property
     def _looks(self) -> Iterator[int]:
@@ -394,28 +359,15 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     def _last_settled(self) -> LastAnswer[Settled]:
         return LastAnswer()
 
-    def _start(self, gains: Gains, names: tuple[str, ...], theta: Array) -> Array:
-        """Disturbances (R, k) to begin with: those of the base model or as the latest ones lead on, as fits better."""
-        if not self._latest:
-            return self._first
-        latest_names, latest_theta, latest = self._latest[0]
-        led = latest.z
-        if latest_names == names:
-            moved = led + latest.follow(theta - latest_theta)
-            return np.where(np.isfinite(moved).all(1, keepdims=True), np.clip(moved, -FAR_OFF, FAR_OFF), self._first)
-        objectives = [Fitted(self.rides, gains, z).objective for z in (self._first, led)]
-        return np.where((objectives[1] < objectives[0])[:, None], led, self._first)
+    def _start(self, theta: Array) -> Array:
+        """Disturbances (R, k) to which the latest ones lead as the bicycle moves on to ``theta`` (p,)."""
+        _, latest_theta, latest = self._latest[0]
+        moved = latest.z + latest.follow(theta - latest_theta)
+        return np.where(np.isfinite(moved).all(1, keepdims=True), np.clip(moved, -FAR_OFF, FAR_OFF), latest.z)
 
     @cached_property
     def _latest(self) -> "deque[tuple[tuple[str, ...], Array, Fitted]]":
         return deque(maxlen=1)
-
-    @cached_property
-    def _first(self) -> Array:
-        """Disturbances (R, k) of the base model as stated: where each search for them begins."""
-        gains = self.gains((), self.nominal, slopes=False)
-        usual = np.zeros((len(self.speeds), len(self.rides.disturbances.names)))
-        return self._from_all_starts((), self.nominal, Fitted(self.rides, gains, usual)).z
 
     def residual(self, candidates: Candidates, theta: Array, *, slopes: bool = True) -> Prediction:
         """Whitened residual (n,), disturbances integrated out, and its derivative (n, p)."""

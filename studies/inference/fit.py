@@ -366,9 +366,8 @@ def fit(
     starts = starts or default_starts(kind, candidates)
     begins = []
     for x in starts:
-        begins.append(x)
-        if patient:
-            begins += problem.solve_easier(kind, x)
+        led = problem.solve_easier(kind, x) if patient else []
+        begins += [*led, x]  # what an easier problem leads to first: others are given up where they lag behind
     begins = drop_repeats(begins)
     best = problem.end(kind, begins[0], used, turns)
     for begin in begins[1:]:

@@ -194,7 +194,7 @@ def forces_of_rides(
     rides_read = spectra_of_rides(rides, steering=steering, ridden=not nobody_rides(model))
     common = {"name": "ride", "model": model, "uncertainty": dict(uncertainty or {})}
     kind = RideSpectra.of_rides(rides_read, {}, common).prepare()
-    final = fit(kind, ())
+    final = fit(kind, (), patient=True)
     return RideForces(
         segment_forces(kind, final),
         model.bicycle.static_loads,

@@ -249,7 +249,7 @@ def smoother_of(kind: RideSpectra, final: Fit, ride: int, step: float) -> Smooth
         wanted = np.concatenate([wanted, itself("lateral_push")], 1)
         return _Closed(channels, answered, wanted, kind.rides.disturbances.of_ride(ride), hertz)
 
-    settled = kind.settle(final.candidates, final.theta)
+    settled = kind.settle(final.candidates, final.theta, anew=True)
     z = settled.fitted.z[ride]
     loop = closed(final.theta)
     wanted, _, recorded = loop.spectra(z)

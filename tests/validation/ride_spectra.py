@@ -145,7 +145,7 @@ def stated_sd(case: Case) -> dict[str, float]:
 
 def estimate(measurement: Kind, row: Row) -> None:
     """Fit a measurement; what is asked (value, standard uncertainty, SI) and how well it fits go to ``row``."""
-    final = fit(measurement, ())
+    final = fit(measurement, (), patient=True)
     row["goodness"], row["misfit"] = final.goodness, final.objective / len(final.residual)
     row["values"], row["sd"] = {}, {}
     for k, unknown in enumerate(measurement.nuisances):

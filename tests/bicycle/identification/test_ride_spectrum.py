@@ -48,6 +48,20 @@ def test_a_resonator_shows_the_square_of_its_gain_times_the_noise():
     assert np.mean(found.averages * (ratio - 1) ** 2) < 1.6  # 1 +- 0.2 for independent averages
 
 
+@pytest.mark.parametrize("place", np.linspace(5.9, 6.1, 5))
+def test_the_mean_over_a_band_is_that_of_a_sharp_resonance(place):
+    """A damping ratio of 0.5 % wherever in its band, against a sum over 20,001 frequencies."""
+    noise = np.random.default_rng(62304).normal(size=(2, 30_000))
+    found = spectrum(run(**{A: noise[0], B: noise[1]}))
+
+    def density(hertz):
+        return 1 / ((1 - (hertz / place) ** 2) ** 2 + (0.01 * hertz / place) ** 2)
+
+    reach = (found.nodes[:, -1] - found.nodes[:, 0]) / 2 / np.polynomial.legendre.leggauss(found.nodes.shape[1])[0][-1]
+    even = found.hertz[:, None] + reach[:, None] * np.linspace(-1, 1, 20_001)
+    np.testing.assert_allclose(density(found.nodes) @ found.weights, density(even).mean(1), rtol=0.03)
+
+
 def test_pieces_are_averaged_and_a_trend_is_no_motion():
     rng = np.random.default_rng(62303)
     pieces = [run(**{A: rng.normal(size=800) + 0.01 * np.arange(800), B: rng.normal(size=800)}) for _ in range(20)]

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.diagnosis import Disturbances, SpectralMisfit, read_measurement
+from studies.diagnosis import Disturbances, OpenLoops, RidersDrawn, SpectralMisfit, read_measurement, steady_riders
+from studies.inference import fit
 from tyre.ground import InputError
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "measurements" / "ride_spectra"
@@ -81,12 +82,74 @@ def test_a_density_is_that_of_the_docstring():
     corner, power = 1.0, 1.0
     shape = ((1 + 1 / corner**2) / (1 + (hertz / corner) ** 2)) ** power
     density = disturbances.densities(z, hertz)
-    assert density[..., 0] == pytest.approx(0.3**2 * shape)
+    assert density[..., 0] == pytest.approx(0.3**2 * (shape + 0.01 / hertz**2))
     z[0, 0] = 0.5  # half a prior sd of the logarithm of the size
     assert disturbances.densities(z, hertz)[..., 0] == pytest.approx(np.exp(2 * 0.5 * 2.0) * density[..., 0])
 
 
 # ---- the kind ----
+
+
+# ---- riders ----
+
+
+def inverted_pendulum(rides=2):
+    """Steering that falls over by itself, lean and steer at once: x' = (rate, 4 angle), the torque on the rate."""
+    state = np.array([[0.0, 1.0], [4.0, 0.0]])
+    motion = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
+    return OpenLoops(np.tile(state, (rides, 1, 1)), np.tile([0.0, 1.0], (rides, 1)), np.tile(motion, (rides, 1, 1)))
+
+
+def test_poles_of_a_loop_are_where_the_riders_torque_balances():
+    """At each pole s the determinant of s - A + b answers(s) vanishes, with the answers that spectra take."""
+    disturbances, loops = Disturbances(("steer_torque",), np.ones(1)), inverted_pendulum(1)
+    rng = np.random.default_rng(62501)
+    z = rng.normal(size=(1, len(disturbances.names)))
+    for s in loops.poles(disturbances, z, np.arange(1))[0]:
+        answers = disturbances.answers(z, np.array([[[s]]]))[0, 0, 0] @ loops.motion[0]
+        closed = s * np.eye(2) - loops.state[0] + np.outer(loops.steered[0], answers)
+        assert abs(np.linalg.det(closed)) < 1e-6 * abs(s) ** 2
+
+
+def test_answers_change_with_their_numbers_as_differences_do():
+    disturbances = Disturbances(("steer_torque",), np.ones(1))
+    z = np.random.default_rng(62502).normal(size=(1, len(disturbances.names)))
+    s = 2j * np.pi * np.array([[[0.3, 2.0, 6.0]]])
+    slopes = disturbances.answer_slopes(z, s)
+    for column, place in enumerate(range(disturbances.loop.start, disturbances.loop.stop)):
+        step = np.zeros_like(z)
+        step[0, place] = 1e-6
+        difference = (disturbances.answers(z + step, s) - disturbances.answers(z - step, s)) / 2e-6
+        np.testing.assert_allclose(slopes[..., column], difference, rtol=1e-5, atol=1e-6)
+
+
+def test_riders_who_are_drawn_hold_the_bicycle_and_others_are_changed_a_little():
+    disturbances, loops = Disturbances(("steer_torque",), np.ones(1)), inverted_pendulum()
+    drawn = RidersDrawn(disturbances)
+    for _ in range(2):  # as found, and as remembered
+        starts = drawn.who_hold(loops)
+        assert starts.shape == (8, 2, len(disturbances.names))
+        for z in starts:
+            assert (loops.poles(disturbances, z, np.arange(2)).real < 0).all()
+    falling = starts[0].copy()
+    damping = disturbances.names.index("torque of the arms by steer_rate")
+    while (loops.poles(disturbances, falling, np.arange(2)).real.max(1)[0]) < 0:
+        falling[0, damping] -= 0.02  # until the first rider's bicycle grows
+    steady = steady_riders(disturbances, loops, falling)
+    assert loops.hold(disturbances, falling, np.arange(2)).tolist() == [False, True]
+    assert loops.hold(disturbances, steady, np.arange(2)).tolist() == [True, True]
+    assert np.count_nonzero(steady[0] - falling[0]) == 1
+    assert np.abs(steady - falling).max() <= 0.2
+    np.testing.assert_array_equal(steady[1], falling[1])
+
+
+def test_a_share_of_the_misfit_counts():
+    rng = np.random.default_rng(62503)
+    measured, model = hermitian(rng, (1, 3), 2), hermitian(rng, (1, 3), 2)
+    whole, part = (SpectralMisfit(measured, np.full((1, 3), 20.0), share) for share in (1.0, 0.04))
+    inverse = whole.root_inverse
+    relative = inverse @ model @ inverse.conj().swapaxes(-1, -2)
+    np.testing.assert_allclose(part.residual(relative)[0], 0.2 * whole.residual(relative)[0], rtol=1e-12)
 
 
 FRONT = """
@@ -98,9 +161,16 @@ joint_z = -0.867
 """
 
 
+def ridden(folder):
+    """State the tyres and the front frame of the bicycle that the rides are of."""
+    rewrite(folder, "rear = 7945.0, front = 4278.0", "rear = 7106.0, front = 4310.0")
+    rewrite(folder, "relaxation_length = 0.104", "relaxation_length = { rear = 0.093, front = 0.080 }")
+    rewrite(folder, "\n[ride_spectra]\n", f"{FRONT}\n[ride_spectra]\n")
+
+
 def test_the_slope_of_the_misfit_is_that_of_differences(folder):
     """Of the bicycle that the rides are of, where the most probable disturbances follow smoothly."""
-    rewrite(folder, "\n[ride_spectra]\n", f"{FRONT}\n[ride_spectra]\n")
+    ridden(folder)
     kind = read_measurement(folder / "MEASUREMENT.toml").prepare()
     theta = kind.nominal
     residual, slopes = kind.residual((), theta)
@@ -189,7 +259,7 @@ PART = '[[part]]\nname = "{name}"\nkind = "ride_spectra"\n[part.ride_spectra]\nr
 
 def test_two_parts_of_joint_data_are_worth_two_rides(folder):
     """Disturbances belong to a ride: of the bicycle that was ridden, the misfits of two parts add to that of both."""
-    rewrite(folder, "\n[ride_spectra]\n", f"{FRONT}\n[ride_spectra]\n")
+    ridden(folder)
     text = (folder / "MEASUREMENT.toml").read_text(encoding="utf-8")
     head, _, rides = text.partition("[ride_spectra]")
     slow, fast = [line.strip().rstrip(",") for line in rides.splitlines() if "file" in line]
@@ -201,3 +271,17 @@ def test_two_parts_of_joint_data_are_worth_two_rides(folder):
     residual, _ = alone.residual((), alone.nominal)
     assert slopes.shape == (len(residual), len(alone.nominal))
     assert together @ together == pytest.approx(residual @ residual, rel=0.01)
+
+
+def test_the_riders_of_a_fit_hold_the_bicycle_and_its_tyres_are_the_true_ones(folder):
+    """Rides of 100 s by other equations, 7106 and 4310 N/rad; spectra hardly tell a growth of wobble from a decay."""
+    rewrite(folder, "\n[ride_spectra]\n", f"{FRONT}\n[ride_spectra]\n")
+    kind = read_measurement(folder / "MEASUREMENT.toml").prepare()
+    end = fit(kind, patient=True)
+    settled = kind.settle((), end.theta, anew=True)
+    assert max(poles.real.max() for poles in kind.closed_loop_poles((), end.theta, settled.fitted.z)) < 0
+    for wheel, true in (("rear", 7106.0), ("front", 4310.0)):
+        column = [u.name for u in kind.nuisances].index(f"relaxation_length.cornering_stiffness.{wheel}")
+        unknown = kind.nuisances[column]
+        sd = np.sqrt(end.covariance[column, column]) * unknown.slope(end.theta[column])
+        assert abs(unknown.value(end.theta[column]) - true) < 2.6 * sd < 0.1 * true
