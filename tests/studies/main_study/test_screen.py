@@ -190,6 +190,11 @@ def test_the_record_holds_worlds_word_and_rule(racing, monkeypatch, tmp_path, pr
     assert json.loads(printed("run", "--out", str(tmp_path / "out"), "--workers", "1", "--json", "-")) == found
 
 
+def test_the_rule_takes_no_other_option(refused):
+    assert "--rule prints and ends; leave out --json" in refused("run", "--rule", "--json", "-")
+    assert "leave out MODEL" in refused("run", "model.toml", "--rule")
+
+
 def test_the_rule_is_printed_on_request(printed):
     text = " ".join(printed("run", "--rule").split())
     for rule in GRADE_RULES.agreement:
