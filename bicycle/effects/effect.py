@@ -9,14 +9,10 @@ from dataclasses import KW_ONLY, dataclass, field
 from textwrap import fill
 from typing import Any, ClassVar
 
-import numpy as np
-
-from bicycle.equations.declarations import Coordinate, Mode
+from bicycle.equations.declarations import Mode
 from bicycle.equations.lateral import ModelBuilder
 from bicycle.parameters.bicycle import bodies
-from bicycle.parameters.front_hinge import critical_damping
 from bicycle.parameters.parameter_covariance import WHEELS
-from bicycle.parameters.rigid_bodies import Body
 from tyre.ground.door import library
 from tyre.ground.errors import InputError, is_number, refuse_unknown, shown
 from tyre.measured.plausible import Doubt, doubt, suspicion
@@ -25,9 +21,6 @@ sp = library("sympy")
 
 ANY = (-math.inf, math.inf)
 """Bounds of a parameter of either sign."""
-
-DAMPING_RATIO = "damping_ratio"
-"""Key of a sprung joint in place of its damping: share of critical damping."""
 
 
 @dataclass(frozen=True)
@@ -351,6 +344,11 @@ class Effect:
         }
 
     @property
+    def stand_ins(self) -> dict[str, float]:
+        """Numbers that were given in place of parameters, SI; only some effects take them."""
+        return {}
+
+    @property
     def table(self) -> dict[str, Any]:
         """Numbers that were given, SI, as the table of a model file holds them."""
         written: dict[str, Any] = {}
@@ -399,142 +397,6 @@ class Effect:
     def apply(self, model: ModelBuilder) -> None:
         """Add the effect to the symbolic ``model`` through its methods."""
         raise NotImplementedError
-
-
-class SprungJoint(Effect):
-    """An effect that is a joint with the parameters ``stiffness`` and ``damping``.
-
-    A joint that defines ``carried_inertia`` also takes ``damping_ratio``, the share of critical damping while all else
-    is held, in place of ``damping``.
-    """
-
-    stiffness: Any
-    damping: Any
-
-    def __init__(self, /, **values: Any) -> None:
-        ratio = values.pop(DAMPING_RATIO, None)
-        if ratio is None:
-            super().__init__(**values)
-            return
-        where = f"effect {self.identifier!r}"
-        if type(self).carried_inertia is SprungJoint.carried_inertia:
-            raise InputError(f"{where}: {DAMPING_RATIO} is not possible here; give damping in N m s/rad")
-        if "damping" in values:
-            raise InputError(f"{where}: damping and {DAMPING_RATIO} say the same; remove one")
-        if not is_number(ratio) or not 0 <= ratio <= 2:
-            raise InputError(
-                f"{where}: {DAMPING_RATIO} = {shown(ratio)} must be between 0 and 2, the share of critical"
-            )
-        super().__init__(**values)
-        del self._given["damping"], self.__dict__["damping"]
-        self._given[DAMPING_RATIO] = float(ratio)
-
-    def carried_inertia(self, values: Mapping[str, float]) -> float:
-        """Moment of inertia (kg m^2) about the joint of what it carries, all else held.
-
-        ``values`` holds the parameters of the bicycle, and those of the effect under their names, SI.
-        """
-        raise NotImplementedError
-
-    def values(self, bicycle: Mapping[str, float]) -> dict[str, float]:
-        """Every parameter as ``identifier.name``, SI; a ``damping_ratio`` becomes the damping on this ``bicycle``."""
-        if DAMPING_RATIO not in self._given:
-            return super().values(bicycle)
-        numbers: dict[str, float] = {}
-        for p in self.parameters:
-            tied = p.name not in self._given and p.name != "damping"
-            numbers[p.name] = bicycle[str(p.default)] if tied else self._given.get(p.name, math.nan)
-        inertia = self.carried_inertia({**bicycle, **numbers})
-        numbers["damping"] = float(self._given[DAMPING_RATIO] * critical_damping(self.stiffness, inertia))
-        return {f"{self.identifier}.{name}": number for name, number in numbers.items()}
-
-    @property
-    def table(self) -> dict[str, Any]:
-        """As of any effect; a ``damping_ratio`` stays one."""
-        ratio = {DAMPING_RATIO: self._given[DAMPING_RATIO]} if DAMPING_RATIO in self._given else {}
-        return super().table | ratio
-
-    def __repr__(self) -> str:
-        if DAMPING_RATIO not in self._given:
-            return super().__repr__()
-        numbers = ", ".join(f"{name}={number!r}" for name, number in self._given.items())
-        return f"{type(self).__name__}({numbers})"
-
-    def check(self, bicycle: Mapping[str, float]) -> None:
-        if math.isinf(self.stiffness):
-            raise InputError(f"effect {self.identifier!r}: an infinite stiffness is the rigid bicycle; leave it out")
-
-    def spring(self, model: ModelBuilder, joint: Coordinate) -> None:
-        """Let spring and damper act on the joint."""
-        model.add_torque(joint, -self.stiffness * joint.angle - self.damping * joint.rate)
-
-
-SHARES = {"mass_share": {"mass"}, "inertia_share": {"Ixx", "Izz", "Ixz"}}
-"""Parameter of a moving body -> what it is a share of."""
-
-
-class MovingBody(SprungJoint):
-    """A sprung joint that carries a body of a rider, which is taken out of what holds it.
-
-    ``mass`` (kg), mass centre ``x``, ``z`` (m) and the inertias ``Ixx``, ``Izz``, ``Ixz`` (kg m^2) about it. Where the
-    effect has the parameters ``mass_share`` and ``inertia_share``, the body has that share of mass and inertias.
-    """
-
-    mass: Any
-    x: Any
-    z: Any
-    Ixx: Any
-    Izz: Any
-    Ixz: Any
-
-    def __init__(self, /, **values: Any) -> None:
-        declared = {p.name for p in self.parameters}
-        for share, keys in SHARES.items():
-            if share in declared and keys & values.keys():
-                values = {share: 1.0} | values  # a stated number is the body's own
-        super().__init__(**values)
-
-    @property
-    def moving(self) -> tuple[Any, Any, Any, Any]:
-        """Mass (kg), Ixx, Izz and Ixz (kg m^2) of the body, symbols inside ``apply``."""
-        of_mass, of_inertia = (getattr(self, share, 1) for share in SHARES)
-        return of_mass * self.mass, of_inertia * self.Ixx, of_inertia * self.Izz, of_inertia * self.Ixz
-
-    def holder(self, bicycle: Mapping[str, float]) -> tuple[str, tuple[str, ...], tuple[float, ...]]:
-        """What holds the body in words, keys and numbers of its mass, x, z, Ixx, Izz and Ixz."""
-        keys = ("mB", "xB", "zB", "IBxx", "IBzz", "IBxz")
-        return "rear frame", keys, tuple(bicycle[key] for key in keys)
-
-    def check(self, bicycle: Mapping[str, float]) -> None:
-        """Refuse a body without which its holder cannot exist."""
-        super().check(bicycle)
-        where = f"effect {self.identifier!r}"
-        body: Any = effect_of(type(self), self.values(bicycle))  # with the numbers of the bicycle where none was given
-        (mass, Ixx, Izz, Ixz), x, z = body.moving, body.x, body.z
-        holder, keys, (whole, x_whole, z_whole, *whole_inertias) = self.holder(bicycle)
-        if whole <= mass:
-            raise InputError(
-                f"{where}: mass = {mass:g} kg must be below {whole:g} kg, the mass of the {holder} that contains the "
-                f"moving body ({keys[0]} = {whole:g} kg)"
-            )
-        dx, dz, reduced = x_whole - x, z_whole - z, whole * mass / (whole - mass)
-        xx, zz, xz = whole_inertias
-        frame, inertia = np.array([[xx, xz], [xz, zz]]), np.array([[Ixx, Ixz], [Ixz, Izz]])
-        rest = frame - inertia - reduced * np.array([[dz * dz, -dx * dz], [-dx * dz, dx * dx]])
-        for part, tensor in (("the moving body", inertia), (f"what remains of the {holder}", rest)):
-            smallest = np.linalg.eigvalsh(tensor)[0]
-            if smallest < -1e-12 * np.trace(frame):
-                raise InputError(
-                    f"{where}: {part} has a negative principal inertia {smallest:.4g} kg m^2 in the x-z plane; "
-                    f"check mass, x, z, Ixx, Izz, Ixz against the {holder} ({', '.join(keys[3:])})"
-                )
-
-    def move_body(self, model: ModelBuilder, name: str) -> None:
-        """Take the body called ``name`` out of what holds a rider; a joint is to carry it."""
-        mass, *inertias = self.moving
-        model.add_body(Body(name, mass, self.x, self.z, *inertias))
-        taken_out = (-mass, self.x, self.z, *(-inertia for inertia in inertias))
-        model.add_body(Body(f"{name} in the rear frame", *taken_out, fixed_to=model.rider_body))
 
 
 class PointMass(Effect):

@@ -216,7 +216,7 @@ def registry() -> Mapping[str, type[Effect]]:
     return _effects_with(tuple(_outside.values()))
 
 
-NO_EFFECTS = ("effect", "effect_docs", "effect_registry")
+NO_EFFECTS = ("effect", "effect_docs", "effect_registry", "sprung_joint")
 """Files of ``bicycle.effects`` that hold what all effects share."""
 
 

@@ -2,7 +2,8 @@
 
 import math
 
-from bicycle.effects.effect import Mode, Parameter, SprungJoint
+from bicycle.effects.effect import Mode, Parameter
+from bicycle.effects.sprung_joint import SprungJoint
 from bicycle.equations.lateral import ModelBuilder
 from tyre.ground.door import library
 

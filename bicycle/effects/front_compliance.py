@@ -3,7 +3,8 @@
 import math
 from collections.abc import Mapping
 
-from bicycle.effects.effect import ANY, Mode, Parameter, SprungJoint
+from bicycle.effects.effect import ANY, Mode, Parameter
+from bicycle.effects.sprung_joint import SteerAxisHinge
 from bicycle.equations.lateral import ModelBuilder
 from bicycle.parameters.front_hinge import front_inertia
 from tyre.ground.door import library
@@ -11,11 +12,13 @@ from tyre.ground.door import library
 sp = library("sympy")
 
 
-class FrontCompliance(SprungJoint):
+class FrontCompliance(SteerAxisHinge):
     """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
 
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
-    ``damping_ratio``, of the front on its hinge with the rear frame held, may be given in place of ``damping``.
+    ``damping_ratio``, of the front on its hinge with the rear frame held, may be given in place of ``damping``, and
+    ``height_above_hub``, m along the steer axis from its point nearest to the front hub, in place of ``joint_x`` and
+    ``joint_z``.
     """
 
     stiffness = Parameter("N m/rad", "of the hinge", typical=(1e3, 1e4), default=5e3, neutral=math.inf, least=2e4)
@@ -27,7 +30,7 @@ class FrontCompliance(SprungJoint):
         "20 at 5000 N m/rad is a damping ratio of 0.12 to 0.24",
         default=20.0,
     )
-    joint_x = Parameter("m", "hinge", bounds=ANY, typical=(0.7, 1.0))
+    joint_x = Parameter("m", "hinge; or height_above_hub for both", bounds=ANY, typical=(0.7, 1.0))
     # A fork that bends alone, clamped at its crown, turns about a point two thirds of its length above the axle.
     joint_z = Parameter(
         "m",

@@ -3,7 +3,8 @@
 import math
 from collections.abc import Mapping
 
-from bicycle.effects.effect import ANY, Mode, MovingBody, Parameter
+from bicycle.effects.effect import ANY, Mode, Parameter
+from bicycle.effects.sprung_joint import MovingBody
 from bicycle.equations.lateral import ModelBuilder
 
 ASSUMED = "assumed: five riders were shaken in yaw by Doria et al. (2012), but their values are not public"

@@ -2,7 +2,8 @@
 
 import math
 
-from bicycle.effects.effect import ANY, Mode, Parameter, SprungJoint
+from bicycle.effects.effect import ANY, Mode, Parameter
+from bicycle.effects.sprung_joint import SprungJoint
 from bicycle.equations.lateral import ModelBuilder
 
 

@@ -1,15 +1,19 @@
 """Numbers of effects as a model file writes them: plain, or text with a standard uncertainty, ``"5400(300)"``."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from bicycle.effects.effect import DAMPING_RATIO, Effect
+from bicycle.effects.effect import Effect
 from bicycle.effects.effect_registry import effect_class
+from bicycle.effects.sprung_joint import STAND_INS
 from bicycle.model.wheel_tyres import FROM_TYRE
 from bicycle.parameters.parameter_covariance import MODEL_FILE, WHEELS, ParameterCovariance
 from tyre.ground.number_with_sd import measured_number
+
+STEP = 1e-4
+"""Step of a numerical derivative, as a share of the number."""
 
 
 def plain_effects(tables: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, dict[str, Any]], dict[str, float]]:
@@ -55,7 +59,8 @@ def plain_effects(tables: Mapping[str, Mapping[str, Any]]) -> tuple[dict[str, di
 
 def _units(kind: type[Effect]) -> dict[str, str]:
     """SI unit of each parameter of an effect, empty where it has none."""
-    return {DAMPING_RATIO: ""} | {p.name: "" if p.unit == "1" else p.unit for p in kind.parameters}
+    declared = (*kind.parameters, *(p for p, _ in STAND_INS.values()))
+    return {p.name: "" if p.unit == "1" else p.unit for p in declared}
 
 
 def _plain(value: Any, where: str, name: str, unit: str, key: str, sd: dict[str, float]) -> Any:
@@ -69,23 +74,36 @@ def _plain(value: Any, where: str, name: str, unit: str, key: str, sd: dict[str,
 
 
 def effect_covariance(
-    sd: Mapping[str, float], values: Mapping[str, float], ratios: Mapping[str, float]
+    sd: Mapping[str, float], values: Mapping[str, float], effects: Sequence[Effect]
 ) -> ParameterCovariance:
     """Covariance of parameters of effects with standard uncertainties ``sd``, of a model with ``values`` (SI).
 
-    One number of both wheels has one error. That of a damping ratio, of an effect among ``ratios``, becomes that of
-    the damping, which is proportional to it.
+    One number of both wheels has one error. A damping ratio or a height above the hub that an effect was given becomes
+    parameters that share its error, to first order.
     """
-    damping_per_ratio = {
-        effect: values[f"{effect}.damping"] / ratio if ratio else 0.0 for effect, ratio in ratios.items()
-    }
+    with_stand_ins = {effect.identifier: effect for effect in effects if effect.stand_ins}
     rows: dict[str, dict[str, float]] = {}
     for key, spread in sd.items():
-        effect, _, name = key.partition(".")
-        if name == DAMPING_RATIO:  # the damping is proportional to it
-            rows[key] = {f"{effect}.damping": spread * damping_per_ratio[effect]}
+        identifier, _, name = key.partition(".")
+        if identifier in with_stand_ins:
+            slopes = _slopes(with_stand_ins[identifier], name, values)
+            rows[key] = {entry: spread * slope for entry, slope in slopes.items() if slope}
             continue
         rows[key] = {entry: spread for entry in (key, *(f"{key}.{wheel}" for wheel in WHEELS)) if entry in values}
     names = tuple(dict.fromkeys(name for row in rows.values() for name in row))
     factor = np.array([[row.get(name, 0.0) for row in rows.values()] for name in names]).reshape(len(names), len(rows))
     return ParameterCovariance(names, factor @ factor.T, origin=MODEL_FILE, of_file=names)
+
+
+def _slopes(effect: Effect, name: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Derivative of every parameter of an ``effect`` by the given number ``name``, by central differences.
+
+    A number at the end of what is possible, such as a damping ratio of 0, is moved to one side.
+    """
+    number = effect.table[name]
+    step = STEP * (abs(number) or 1.0)
+    sides = []
+    for moved in (number - step, number + step) if number else (number, number + step):
+        sides.append((moved, type(effect)(**effect.table | {name: moved}).values(values)))
+    (low, before), (high, after) = sides
+    return {key: (after[key] - before[key]) / (high - low) for key in before}

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bicycle.effects.effect import DAMPING_RATIO, Effect
+from bicycle.effects.effect import Effect
 from bicycle.effects.effect_registry import effect_class
 from bicycle.files.bicycle_files import bicycle_place, load_bicycle
 from bicycle.files.bicycle_numbers import given_numbers
@@ -125,8 +125,7 @@ def build_model(content: Mapping[str, Any], *, folder: Path = Path()) -> Model:
     notes = [] if tyres is None else [*tyre_notes(tyres.properties), *unused_offers(tyres, tables)]
     model = Model(bicycle, tuple(effects), tuple(notes), covariance.sd, tuple(assumed), covariance, unusual=allow)
     if sd:
-        ratios = {name: table[DAMPING_RATIO] for name, table in tables.items() if DAMPING_RATIO in table}
-        model = _with_stated(model, effect_covariance(sd, model.parameters, ratios))
+        model = _with_stated(model, effect_covariance(sd, model.parameters, effects))
     if SECTION in model_tables:
         model = _with_stated(model, stated_covariance(model, model_tables[SECTION]))
     return model

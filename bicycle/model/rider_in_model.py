@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bicycle.effects.effect import Effect, MovingBody
+from bicycle.effects.effect import Effect
+from bicycle.effects.sprung_joint import MovingBody
 from bicycle.files.bicycle_files import bicycle_place, load_bicycle
 from bicycle.parameters.bicycle import Bicycle
 from bicycle.rider.rider_difference import seated_rider

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effects.effect import effect_of
+from bicycle.effects.effect import Effect, effect_of
 from bicycle.model.default_sd import MODEL_FILE
 from bicycle.model.model import DEFAULT_CONTACT, Model
 from bicycle.model.model_file import SECTION, build_model
@@ -100,8 +100,14 @@ def with_values(named: Model, base: Model, final: Fit) -> Model:
     bicycle = Bicycle(
         f"{old.name}, corrected", {key: values[key] for key in old.values}, {}, old.description, old.source, notes
     )
-    effects = (effect_of(type(e), values, [p.name for p in e.parameters if hasattr(e, p.name)]) for e in named.effects)
-    return Model(bicycle, tuple(effects))
+    effects = tuple(effect_of(type(effect), values, _own_numbers(effect, named.tied)) for effect in named.effects)
+    return Model(bicycle, effects)
+
+
+def _own_numbers(effect: Effect, tied: Mapping[str, str]) -> list[str]:
+    """Names of the parameters of an ``effect`` that do not follow the bicycle."""
+    keys = {p.name: [f"{effect.identifier}.{entry}" for entry in p.entries()] for p in effect.parameters}
+    return [name for name, entries in keys.items() if not all(key in tied for key in entries)]
 
 
 def covariance_of(

@@ -13,8 +13,9 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from bicycle.effects.effect import Effect, SprungJoint
+from bicycle.effects.effect import Effect
 from bicycle.effects.effect_registry import registry
+from bicycle.effects.sprung_joint import SprungJoint
 from bicycle.model.model import Model
 from bicycle.standing import (
     SERIES,

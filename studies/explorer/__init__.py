@@ -12,6 +12,7 @@ HOME = {  # module -> the names that it gives to other rooms; each is imported w
     "forms": ("controls", "controls_html", "law_options", "starts"),
     "models": (
         "AtSpeed", "amplitudes", "at_speed", "bicycle_or_none", "build", "compute_modes", "model_content", "ranking",
+        "words_beside",
     ),
     "geometry": ("SLIDERS", "Misfit", "move_bicycle", "side_view", "slider_fields"),
     "motion": ("FRAMES", "mode_motion"),

@@ -26,6 +26,7 @@ from studies.explorer.models import (
     compute_modes,
     ranking,
     view_from_the_side,
+    words_beside,
 )
 from studies.explorer.motion import mode_motion
 from studies.explorer.state import State as Shown
@@ -60,6 +61,7 @@ def main_figures(question: Any, theme: Any) -> dict[str, Any]:
         "critical": [figures.critical_words(c) for c in model.critical]
         or [f"no critical speed up to {state.fast:g} m/s"],
         "sides": side_views(state, model, pinned),
+        "beside": words_beside(model.model),
         "notes": [" ".join(str(note).split()) for note in (*model.notes, *model.named.events, *kept_here(state))],
     }
     locus = figures.root_locus(model, palette)

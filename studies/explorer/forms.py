@@ -7,6 +7,7 @@ from typing import Any
 
 from bicycle.effects.effect import WHEELS, Effect, Parameter
 from bicycle.effects.effect_registry import registry
+from bicycle.effects.sprung_joint import STAND_INS
 from bicycle.files.bicycle_files import available_bicycles
 from bicycle.model.wheel_tyres import FROM_TYRE, MOST_BAR
 from bicycle.parameters.bicycle import Bicycle
@@ -260,9 +261,14 @@ def number_field(key: str, words: str, value: Any, parameter: Parameter) -> dict
 
 
 def _fields(effect: type[Effect], model: Mapping[str, Any], *, mounted: bool) -> list[dict[str, Any]]:
-    """Describe the fields of an effect's parameters; with a ``mounted`` tyre they may be taken from it."""
+    """Describe the fields of an effect's parameters; with a ``mounted`` tyre they may be taken from it.
+
+    What the model gives in place of parameters, such as a damping ratio, has a field in place of theirs.
+    """
+    given = [both for name, both in STAND_INS.items() if f"effects.{effect.identifier}.{name}" in model]
+    replaced = {name for _, names in given for name in names}
     panels = []
-    for p in effect.parameters:
+    for p in (*(p for p in effect.parameters if p.name not in replaced), *(p for p, _ in given)):
         whole = f"effects.{effect.identifier}.{p.name}"
         from_tyre = model.get(whole) == FROM_TYRE
         usual = {key: text for key, text in starts(effect, None).items() if key == whole or key.startswith(f"{whole}.")}

@@ -5,7 +5,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from bicycle.effects.sprung_joint import HEIGHT_ABOVE_HUB
 from bicycle.parameters.bicycle import Bicycle
+from bicycle.parameters.front_hinge import hinge_at
 from tyre.ground.errors import InputError
 
 GEOMETRY = "geometry"  # key of an address: geometry.trail=0.06 moves a number of the bicycle that the address names
@@ -150,9 +152,9 @@ def side_view(bicycle: Bicycle, effects: Mapping[str, Any]) -> dict[str, Any]:
         circles.append((shoulder[0] + 0.12, shoulder[1] - 0.16, 0.11, "rider"))
     for name, x, z in (("R", 0.0, -p["rR"]), ("B", p["xB"], p["zB"]), ("H", p["xH"], p["zH"]), ("F", p["w"], -p["rF"])):
         circles.append((x, z, 0.017 * p[f"m{name}"] ** (1 / 3), "mass"))
-    hinge = effects.get("front_compliance")
-    if isinstance(hinge, Mapping) and {"joint_x", "joint_z"} <= set(hinge):
-        x, z = float(hinge["joint_x"]), float(hinge["joint_z"])
+    hinge = _hinge(bicycle, effects)
+    if hinge is not None:
+        x, z = hinge
         lines["hinge"] = [[(x - 0.05, z - 0.05), (x + 0.05, z + 0.05)], [(x - 0.05, z + 0.05), (x + 0.05, z - 0.05)]]
     return {
         "lines": [(kind, [_path(line) for line in lines_of_kind]) for kind, lines_of_kind in lines.items()],
@@ -166,6 +168,16 @@ def side_view(bicycle: Bicycle, effects: Mapping[str, Any]) -> dict[str, Any]:
         "mass": sum(p[key] for key in ("mR", "mB", "mH", "mF")),
         "box": (-0.55e3, -4.9e3 * r, 1e3 * (p["w"] + 1.2), 4.9e3 * r + 130),
     }
+
+
+def _hinge(bicycle: Bicycle, effects: Mapping[str, Any]) -> tuple[float, float] | None:
+    """Place (x, z), m, of the hinge of a flexible front frame; None without one."""
+    table = effects.get("front_compliance")
+    if not isinstance(table, Mapping):
+        return None
+    if HEIGHT_ABOVE_HUB in table:
+        return hinge_at(bicycle.values, float(table[HEIGHT_ABOVE_HUB]))
+    return (float(table["joint_x"]), float(table["joint_z"])) if {"joint_x", "joint_z"} <= set(table) else None
 
 
 def _path(points: Iterable[tuple[float, float]]) -> str:

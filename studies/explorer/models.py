@@ -15,7 +15,7 @@ from bicycle.model.model_file import build_model
 from bicycle.model.state_space import LinearModel
 from bicycle.motion.limit_cycles import find_limit_cycles
 from bicycle.parameters.bicycle import Bicycle
-from bicycle.parameters.front_hinge import front_line
+from bicycle.parameters.front_hinge import front_line, front_words
 from bicycle.stability.critical import CriticalSpeed, critical_speeds
 from bicycle.stability.named_modes import Modes, modes
 from bicycle.stability.propagation import mode_sd, model_covariance
@@ -110,6 +110,13 @@ def amplitudes(state: State) -> tuple[Trace, ...]:
     model = model_of(state)
     cycles = find_limit_cycles(model, rear=curves.get("rear"), front=curves.get("front"), max_speed=state.fast)
     return tuple(traces_of(cycles))
+
+
+def words_beside(model: Model) -> dict[str, str]:
+    """Say what numbers of a front hinge mean on the bicycle of a ``model``, by the key of their field."""
+    given = {f"{effect.identifier}.{name}" for effect in model.effects for name in effect.table}
+    words = front_words(model.parameters)
+    return {f"effects.{key}": text for key, text in words.items() if key in given}
 
 
 def model_of(state: State) -> Model:

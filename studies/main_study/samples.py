@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bicycle.effects.effect import SprungJoint
 from bicycle.effects.effect_registry import effect_class
+from bicycle.effects.sprung_joint import SprungJoint
 from bicycle.model.eigen import frequency_hz
 from bicycle.model.model_family import ModelFamily
 from bicycle.model.state_space import LinearModel

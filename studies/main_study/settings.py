@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from bicycle.effects.effect import DAMPING_RATIO, WHEELS, Parameter
+from bicycle.effects.effect import WHEELS, Parameter
 from bicycle.effects.effect_registry import effect_class
+from bicycle.effects.sprung_joint import DAMPING_RATIO
 from bicycle.files.bicycle_files import available_bicycles, load_bicycle
 from bicycle.model.effect_numbers import plain_effects
 from bicycle.model.model import DEFAULT_CONTACT, Model

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from bicycle.effects.effect_registry import effect_class
+from bicycle.effects.sprung_joint import STAND_INS
 from bicycle.model.model import Model
 from bicycle.model.wheel_tyres import MOST_BAR
 from bicycle.parameters.bicycle import ALIASES, BOUNDS, UNITS, UNUSED, canonical, of_kind
@@ -62,7 +63,19 @@ class Axis:
 def effect_parameter(key: str) -> Any:
     """The declaration of ``effect.name[.wheel]``."""
     key_parts = ParameterKey.parse(key)
-    return next(p for p in effect_class(key_parts.effect).parameters if p.name == key_parts.name)
+    by_name = {p.name: p for p in effect_class(key_parts.effect).parameters}
+    if key_parts.name not in by_name:
+        _refuse_stand_in(key_parts)
+        raise InputError(unknown("parameter", key, [f"{key_parts.effect}.{name}" for name in by_name]))
+    return by_name[key_parts.name]
+
+
+def _refuse_stand_in(key: ParameterKey) -> None:
+    """Refuse a damping ratio or a height above the hub, which a file may give but no command varies."""
+    if key.effect and key.name in STAND_INS:
+        _, names = STAND_INS[key.name]
+        instead = " and ".join(f"{key.effect}.{name}" for name in names)
+        raise InputError(f"{key} cannot be varied: it stands for {instead}; vary that")
 
 
 def unit_of(key: str) -> str:
@@ -98,6 +111,7 @@ def axis_of(model: Model, key: str) -> Axis:
             key, unit_of(key), (key_parts.wheel,) if key_parts.wheel else WHEELS, CONDITION_BOUNDS[key_parts.name]
         )
     if not entries_of(key, set(model.parameters) - set(UNUSED)):
+        _refuse_stand_in(key_parts)
         missing = key_parts.effect and key_parts.effect not in {effect.identifier for effect in model.effects}
         hint = (
             f"the model has no effect {key_parts.effect}: add [effects.{key_parts.effect}] to its file; "

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bicycle.effects.sprung_joint import STAND_INS
 from bicycle.files.bicycle_numbers import COVARIANCE, WORDS, model_table
 from bicycle.model.model import Model, impossible_bicycles
 from bicycle.model.model_family import ModelFamily
@@ -319,6 +320,12 @@ def changed_content(space: ModelSpace, x: ArrayLike) -> dict[str, Any]:
     keys = [axis.key for axis in space.axes]
     if any(key in UNITS for key in keys):
         content["bicycle"] = _bicycle(space, {key for key in keys if key in UNITS}, values)
+    changed = {ParameterKey.parse(entry).effect for entries in space.entries for entry in entries}
+    if "" in changed:  # a hinge stays where the model had it while the bicycle changes
+        changed = set(tables)
+    tables = {
+        name: _without_stand_ins(name, table, values) if name in changed else table for name, table in tables.items()
+    }
     from_tyres = {} if space.tyres is None else space.tyres.properties_given
     if any(entry in from_tyres for entries in space.entries for entry in entries):
         tables = {name: _without_tyre(name, table, from_tyres, values) for name, table in tables.items()}
@@ -347,6 +354,14 @@ def _value(effect: str, name: str, values: Mapping[str, float]) -> Any:
     if not effect_parameter(f"{effect}.{name}").per_wheel:
         return values[f"{effect}.{name}"]
     return _merge_wheels({wheel: values[f"{effect}.{name}.{wheel}"] for wheel in WHEELS})
+
+
+def _without_stand_ins(effect: str, table: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
+    """The table of an ``effect`` with numbers of its parameters in place of what stands for them."""
+    numbers = {
+        name: values[f"{effect}.{name}"] for key, (_, names) in STAND_INS.items() if key in table for name in names
+    }
+    return {key: value for key, value in table.items() if key not in STAND_INS} | numbers
 
 
 def _merge_wheels(by_wheel: Mapping[str, Any]) -> Any:

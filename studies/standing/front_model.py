@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bicycle.effects.effect import DAMPING_RATIO
 from bicycle.effects.effect_registry import effect_class
+from bicycle.effects.sprung_joint import DAMPING_RATIO
 from bicycle.files.bicycle_numbers import covariance_table, model_table
 from bicycle.model.model import DEFAULT_CONTACT, Model
 from bicycle.model.model_file import build_model

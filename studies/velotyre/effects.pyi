@@ -209,7 +209,9 @@ class FrontCompliance(Effect):
     """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
 
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
-    ``damping_ratio``, of the front on its hinge with the rear frame held, may be given in place of ``damping``.
+    ``damping_ratio``, of the front on its hinge with the rear frame held, may be given in place of ``damping``, and
+    ``height_above_hub``, m along the steer axis from its point nearest to the front hub, in place of ``joint_x`` and
+    ``joint_z``.
 
     Parameters
     ----------
@@ -219,7 +221,7 @@ class FrontCompliance(Effect):
         Of the hinge; typical 5 .. 40 (assumed for frame and seated rider together, where the rider is fixed; agrees
         with riders' reports; 20 at 5000 N m/rad is a damping ratio of 0.12 to 0.24), allowed 0 .. inf.
     joint_x : float, m
-        Hinge; typical 0.7 .. 1, allowed any.
+        Hinge; or height_above_hub for both; typical 0.7 .. 1, allowed any.
     joint_z : float, m
         Hinge, z down; typical -1 .. -0.55 (by beam models racing frames tilt about a point 0.25 to 0.38 m above the
         front hub), allowed any.

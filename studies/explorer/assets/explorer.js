@@ -280,6 +280,9 @@
     later("critical", figures.critical);
     later("locus", figures.locus);
   }
+  function explain(shown) { // what a number means on this bicycle, such as the height of a hinge above the hub
+    for (const one of document.querySelectorAll("[data-beside]")) one.textContent = shown.beside[one.dataset.beside] || "";
+  }
   function told(shown) {
     const message = at("message");
     if (shown.asked !== page.text) return; // an answer to an earlier question
@@ -294,6 +297,7 @@
     if (location.hash.slice(1) !== shown.address) history.replaceState(null, "", "#" + shown.address);
     page.lastShown = shown;
     at("sides").innerHTML = shown.sides;
+    explain(shown);
     at("what").textContent = shown.name;
     at("unpin").disabled = !pairs(page.text).some(([key]) => key === "pin");
     modes(shown);
@@ -324,7 +328,7 @@
     at("form-at").innerHTML = forms.html.at;
     at("form-chart").innerHTML = forms.html.chart;
     page.modes = "";
-    if (page.lastShown) modes(page.lastShown);
+    if (page.lastShown) { modes(page.lastShown); explain(page.lastShown); }
     if (focus && at(focus) && document.activeElement !== at(focus)) at(focus).focus();
   }
   function chart(answer) {

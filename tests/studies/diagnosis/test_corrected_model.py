@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -123,3 +124,19 @@ def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, 
     written = r"`model.toml` with steer_damper added, parameters re-estimated \(largest shift: .*\)"
     assert re.search(rf"\*\*Model file:\*\* {written}", text)
     assert isinstance(found["moved"], list)
+
+
+def test_a_corrected_model_keeps_the_damping_ratio_of_its_base(begun, tmp_path):
+    """Weave alone says little of a stiff front, so its damping stays near that of the ratio, not at the default 20."""
+    folder = shutil.copytree(EXAMPLES / "modal", tmp_path / "modal")
+    front = "[effects.front_compliance]\nstiffness = 5000\nheight_above_hub = 0.3\ndamping_ratio = 0.02\n"
+    with (folder / "MEASUREMENT.toml").open("a") as file:
+        file.write(f"\n{front}")
+    kind = read_measurement(folder / "MEASUREMENT.toml")
+    stated = kind.model.parameters["front_compliance.damping"]
+    assert stated < 5.0
+    found = corrected_model(begun(kind)).parameters
+    assert found["front_compliance.damping"] == pytest.approx(stated, rel=0.3)
+    assert found["front_compliance.joint_z"] == pytest.approx(
+        kind.model.parameters["front_compliance.joint_z"], abs=0.1
+    )

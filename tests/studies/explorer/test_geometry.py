@@ -56,6 +56,40 @@ def test_geometry_that_cannot_be_names_its_slider(key, value, words):
         site.move_bicycle(load_bicycle("benchmark"), {"tail": 1.0})
 
 
+def test_a_height_above_the_hub_follows_the_steer_axis():
+    """Trail and head angle move the axis; the hinge stays 0.3 m above the hub's nearest point on it."""
+    front = "effects.front_compliance.height_above_hub=0.3&effects.front_compliance.damping_ratio=0.1"
+    address = f"{HINGED.partition('&effects.front')[0]}&{front}&geometry.trail=0.05&geometry.head_angle=70"
+    state = site.parse_state(address)
+    p = site.build(state).parameters
+    lean = np.radians(20.0)
+    to_hub = 0.05 * np.sin(lean) + p["rF"] * np.cos(lean)  # from the ground, along the axis
+    assert p["front_compliance.joint_z"] == pytest.approx(-(to_hub + 0.3) * np.cos(lean))
+    hinge = dict(site.side_view(site.build(state).bicycle, site.model_content(state)["effects"])["lines"])["hinge"]
+    first = np.array(hinge[0].split("L")[0].split(" "), float)
+    place = 1e3 * np.array([p["front_compliance.joint_x"], p["front_compliance.joint_z"]])
+    np.testing.assert_allclose(first, place - 50, atol=0.1)
+
+
+def test_what_a_hinge_means_stands_beside_its_numbers():
+    state = site.parse_state(HINGED)
+    assert set(site.words_beside(site.build(state))) == {
+        "effects.front_compliance.joint_z",
+        "effects.front_compliance.damping",
+    }
+    words = site.words_beside(site.build(state))["effects.front_compliance.joint_z"]
+    height = 0.6 / np.cos(np.pi / 10) - 0.08 * np.sin(np.pi / 10) - 0.35 * np.cos(np.pi / 10)  # by hand, m
+    assert words == f"{height:.2f} m above the front hub"
+    assert f'data-beside="{"effects.front_compliance.joint_z"}"' in site.controls_html(state)["model"]
+
+
+def test_what_stands_for_parameters_has_a_field_in_their_place():
+    front = "effects.front_compliance.height_above_hub=0.3&effects.front_compliance.damping_ratio=0.1"
+    html = site.controls_html(site.parse_state(f"{HINGED.partition('&effects.front')[0]}&{front}"))["model"]
+    shown = set(re.findall(r'for="n-effects\.front_compliance\.(\w+)"', html))
+    assert shown == {"stiffness", "axis_tilt", "damping_ratio", "height_above_hub"}
+
+
 def test_the_side_view_is_to_scale():
     bicycle = load_bicycle("benchmark")
     found = site.side_view(bicycle, {"front_compliance": {"joint_x": 0.9, "joint_z": -0.6}})

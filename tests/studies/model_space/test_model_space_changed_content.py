@@ -6,6 +6,7 @@ import pytest
 from bicycle.files import load_bicycle, to_toml
 from bicycle.model import build_model
 from studies.model_space import ModelSpace, changed_content, near_to
+from tyre.ground import InputError
 
 LAW = {"tyre": "Tyre1", "pressure_bar": 5.5}
 HINGE = {"stiffness": 3000.0, "damping": 15.0, "joint_x": 0.85, "joint_z": -0.8}
@@ -29,6 +30,29 @@ def test_the_changed_file_is_the_model_that_was_computed(numbers):
         if not key.startswith("pressure"):
             for entry in space.family.entries(key):
                 assert found.parameters[entry] == number
+
+
+@pytest.mark.parametrize("numbers", [
+    {"c": 0.05}, {"front_compliance.joint_z": -0.7}, {"front_compliance.damping": 3.0}, {"steer_damper.damping": 1.0},
+])  # fmt: skip
+def test_a_changed_file_has_numbers_where_others_stood_for_them(numbers):
+    """The hinge and its damping stay where they were computed with, though the bicycle under them changes."""
+    front = {"stiffness": 3000.0, "height_above_hub": 0.3, "damping_ratio": 0.1}
+    effects = {"relaxation_length": LAW, "front_compliance": front, "steer_damper": {"damping": 0.5}}
+    space = ModelSpace(CONTENT | {"effects": effects}, list(numbers))
+    found = build_model(changed_content(space, list(numbers.values())))
+    values = space.values([list(numbers.values())])
+    assert found.parameters == pytest.approx({key: float(np.ravel(values[key])[0]) for key in found.parameters})
+
+
+def test_what_stands_for_parameters_is_no_axis():
+    front = {"stiffness": 3000.0, "height_above_hub": 0.3, "damping_ratio": 0.1}
+    content = CONTENT | {"effects": {"relaxation_length": LAW, "front_compliance": front}}
+    words = "front_compliance.height_above_hub cannot be varied: it stands for front_compliance.joint_x and"
+    with pytest.raises(InputError, match=words):
+        ModelSpace(content, ["front_compliance.height_above_hub"])
+    with pytest.raises(InputError, match="'front_compliance.dampin'; did you mean 'front_compliance.damping'"):
+        ModelSpace(content, ["front_compliance.dampin"])
 
 
 def test_what_is_not_changed_stays_as_it_was_written():
