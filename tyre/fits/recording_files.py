@@ -202,12 +202,12 @@ def _refuse_lacking(columns: dict[str, Channel], needed: tuple[str, ...], sideca
     raise InputError(f"{path}: [channels] names no {lacking} (it names {names}); add its column{more}")
 
 
-def _levels_of_pull(condition: Condition, channels: Mapping[str, Channel], path: Path) -> dict[str, float]:
+def _levels_of_pull(condition: Condition, channels: Mapping[str, Channel], path: Path) -> dict[str, Any]:
     """Levels (SI) of the channels (n,) for what a ``condition`` of a lateral stiffness test leaves to them.
 
     They are rounded as those of a slip sweep are, so that both are of one condition.
     """
-    levels = {}
+    levels: dict[str, Any] = {}
     for quantity, tolerance in TOLERANCES.items():
         channel = channels.get(tolerance.channel)
         if channel is None or not np.isnan(getattr(condition, quantity)) or not np.isfinite(channel).any():
