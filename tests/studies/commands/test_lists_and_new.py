@@ -126,7 +126,7 @@ def test_modes_as_picture_and_table(ending, tmp_path, capsys):
 
 @pytest.mark.parametrize(("options", "words"), [
     (["--plot", "modes.gif"], "the ending must be one of .png, .svg, .pdf"),
-    (["--plot", "none/modes.png"], "none/modes.png: cannot write the picture: No such file or directory"),
+    (["--plot", "none/modes.png"], "none/modes.png: cannot write the picture: there is no folder none; make it first"),
     (["--csv", "-", "--json", "-"], "--csv - and --json - would write into each other; give one of them a file"),
     (["--csv", "none/modes.csv"], "--csv none/modes.csv: no such folder; make it first"),
     (["--json", "modes.csv"], "modes.csv: what is written is JSON; give a name that ends in .json"),
