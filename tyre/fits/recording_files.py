@@ -166,10 +166,11 @@ def _assemble(
     recording: RigRun | LateralStiffnessTest
     if pull:
         used: Any = {name: channels[name] for name in (*needed, "time") if name in channels}
-        levels = _levels_of_pull(sidecar.condition, channels, path)
-        unused = sorted(set(channels) - set(used) - {TOLERANCES[quantity].channel for quantity in levels})
+        unused = sorted(set(channels) - set(used) - {tolerance.channel for tolerance in TOLERANCES.values()})
         if unused:
             everything = (*everything, f"columns not used in a lateral stiffness test: {', '.join(unused)}")
+        everything = (*everything, *_measured_otherwise(sidecar.condition, channels))
+        levels = _levels_of_pull(sidecar.condition, channels, path)
         condition = _condition_of_pull(replace(sidecar.condition, **levels), path)
         recording = LateralStiffnessTest(condition, sidecar.axes, **used, **common, notes=everything)
     else:
@@ -219,6 +220,23 @@ def _levels_of_pull(condition: Condition, channels: Mapping[str, Channel], path:
             )
         levels[quantity] = float(tolerance.nominal(float(np.nanmedian(channel))))
     return levels
+
+
+def _measured_otherwise(condition: Condition, channels: Mapping[str, Channel]) -> list[str]:
+    """Notes on channels (n,) of a lateral stiffness test that contradict what its ``condition`` declares."""
+    notes = []
+    for quantity, tolerance in TOLERANCES.items():
+        channel, declared = channels.get(tolerance.channel), getattr(condition, quantity)
+        if channel is None or np.isnan(declared) or not np.isfinite(channel).any():
+            continue
+        median = float(np.nanmedian(channel))
+        if abs(median - declared) > tolerance.width(declared):
+            median_shown, declared_shown = median / tolerance.size, declared / tolerance.size
+            notes.append(
+                f"median {quantity} is {median_shown:.4g} {tolerance.unit}, declared are {declared_shown:.4g} "
+                f"{tolerance.unit}"
+            )
+    return notes
 
 
 def _condition_of_pull(condition: Condition, path: Path) -> Condition:

@@ -89,7 +89,10 @@ def test_a_lateral_stiffness_test_takes_load_and_pressure_of_its_channels(folder
     assert condition.pressure == 5.5e5  # 80 psi are 5.516 bar
     assert condition.camber == 0
     declared = sidecar + "load_N = 412\npressure_bar = 5.6\n"
-    assert read_recording(folder(channels, sidecar=declared)).condition.load == 412
+    test = read_recording(folder(channels, sidecar=declared))
+    assert (test.condition.load, test.notes) == (412, ())
+    other = read_recording(folder(channels, sidecar=declared.replace("412", "500")))
+    assert other.notes == ("median load is 410.9 N, declared are 500 N",)
     refuses("key 'pressure' is missing in the sidecar, and no channel has it", read_recording,
             folder(PULL + 'vertical_load = "load"\n', sidecar=sidecar))  # fmt: skip
     write_parquet(tmp_path / "run.parquet", pull | {"load": (np.linspace(0, 60, N), "kgf")})
