@@ -134,6 +134,12 @@ def data_root() -> Traversable:
     return resources.files("tyre.data")
 
 
+def refuse_without_ending(kind: str, name: object) -> None:
+    """Refuse a ``name`` of a ``kind`` of file that lacks the ending of the file that was meant."""
+    if Path(f"{name}.toml").is_file():
+        raise InputError(f"unknown {kind} {str(name)!r}; did you mean the file {name}.toml?")
+
+
 def refuse_special(path: Path | Traversable) -> None:
     """Refuse what is neither a file nor a folder: a pipe waits for ever, and a device never ends."""
     if isinstance(path, Path) and path.exists() and not (path.is_file() or path.is_dir()):

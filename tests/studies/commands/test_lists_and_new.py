@@ -154,3 +154,11 @@ def test_a_deviation_that_a_table_does_not_state_is_no_zero(capsys):
     names, starts = head.split(), [match.start() for match in re.finditer("-+", rule)]
     at = starts[names.index("cornering_stiffness_sd_N_per_deg")]
     assert row[at:].split()[0] == "-"
+
+
+@pytest.mark.parametrize("command", [("modes", "mine"), ("bicycles", "mine"), ("run", "mine"), ("diagnose", "mine")])
+def test_a_file_without_its_ending_is_suggested(refused, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    assert "did you mean" not in refused(*command)
+    (tmp_path / "mine.toml").write_text("")
+    assert "did you mean the file mine.toml?" in refused(*command)
