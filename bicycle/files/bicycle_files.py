@@ -24,7 +24,7 @@ from bicycle.parameters.bicycle import KINDS, UNITS, Bicycle
 from tyre.formats.sheet import ENDINGS, ROW, Sheet, read_sheet, split_row, split_unit
 from tyre.ground import schema
 from tyre.ground.errors import InputError, shown, unknown
-from tyre.ground.files import data_root, read_toml, refuse_deep
+from tyre.ground.files import data_root, read_toml, refuse_deep, refuse_without_ending
 from tyre.ground.number_with_sd import key_value_lines, number_text
 from tyre.ground.units import factor_to_si, is_unit
 from tyre.measured.plausible import WAY_OUT
@@ -294,6 +294,7 @@ def load_bicycle(name_or_path: str | Path, *, allow_unusual: bool = False) -> Bi
                 raise InputError(f"{path} {REFUSAL}; give it by itself to velotyre modes or critical") from None
             raise
     if text not in available_bicycles():
+        refuse_without_ending("bicycle", name_or_path)
         endings = ", ".join([*READERS, *ENDINGS])
         raise InputError(f"{unknown('bicycle', name_or_path, available_bicycles())}; or give a file ({endings})")
     return _one_of_file(data_root().joinpath("bicycles", f"{text}.toml"))

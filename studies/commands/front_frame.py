@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from studies.front_frame.figure_options import stated_figures, takes_published_figures
-from studies.model_space.command_options import PATH
+from studies.model_space.command_options import PATH, refuse_next_to
 from studies.reporting.command_context import example, verbose
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ def command(
     if show_plan:
         from studies.standing.plan import plan
 
+        refuse_next_to("--plan", "bicycle")
         click.echo(plan(bicycle or "mine.toml"))
         return
     if file is not None:

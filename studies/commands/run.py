@@ -2,7 +2,7 @@
 
 import click
 
-from studies.model_space.command_options import POSTURE, WORKERS, Number
+from studies.model_space.command_options import POSTURE, WORKERS, Number, refuse_next_to
 from studies.reporting.command_context import example
 
 
@@ -50,6 +50,7 @@ def command(
     if rule:
         from studies.main_study import on_a_terminal, rule_of_grades
 
+        refuse_next_to("--rule")
         click.echo(on_a_terminal(rule_of_grades()))
         return
     folder = Path(out)

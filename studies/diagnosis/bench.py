@@ -105,7 +105,7 @@ def _cell(stem: str, factor: float) -> Check:
 
 def _column_units(path: Path) -> dict[str, tuple[str, float]]:
     """Column name -> (quantity column it stands for, factor to SI)."""
-    kind = "table; paths are relative to the file that names it"
+    kind = "table; a path in a file is relative to that file"
     units: dict[str, tuple[str, float]] = {}
     for name in read_cells(path, kind=kind, example="test, condition").header:
         stem = next((s for s in QUANTITIES if name == s or name.startswith(f"{s}_")), None)

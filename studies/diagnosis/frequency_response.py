@@ -309,7 +309,7 @@ class FrequencyResponses(BicycleKind, kind="frequency_response"):
         settings = read(cls.keys, content, section="frequency_response")
         path = folder / settings["table"]
         header = read_cells(
-            path, kind="table; paths are relative to the file that names it", example="input, output"
+            path, kind="table; a path in a file is relative to that file", example="input, output"
         ).header
         wide = "frequency_Hz" in header and any("_per_" in name for name in header)
         points, notes = (_read_wide if wide else _read_columns)(path, settings)

@@ -40,7 +40,7 @@ from studies.diagnosis.modal_sd import SD
 from studies.inference.kind import Kind
 from studies.reporting.markdown_text import make_environment
 from tyre.ground.errors import InputError, unknown
-from tyre.ground.files import data_root, read_toml
+from tyre.ground.files import data_root, read_toml, refuse_without_ending
 from tyre.ground.schema import Table, any_table, anything, by_name, list_of, maybe, needed, read, table, text
 from tyre.measured.plausible import WAY_OUT
 
@@ -189,6 +189,7 @@ def packaged_measurement(name_or_path: str | Path) -> Iterator[Path]:
         yield path
         return
     if name not in available_measurements():
+        refuse_without_ending("measurement", name)
         raise InputError(
             f"{unknown('measurement', name, available_measurements())}; or give a measurement file (.toml)"
         )

@@ -19,7 +19,7 @@ from tyre.ground.schema import Check, number, read
 from tyre.ground.text_table import Columns, read_cells, read_columns
 from tyre.ground.units import factor_to_si, find_unit
 
-KIND = "table; paths are relative to the file that names it"
+KIND = "table; a path in a file is relative to that file"
 SD = "_sd"
 
 

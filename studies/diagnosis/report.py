@@ -5,6 +5,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -112,7 +113,8 @@ def _figures_by_place(captions: Mapping[str, str]) -> dict[str, list[tuple[str, 
 def terminal(diagnosis: Diagnosis, findings: Findings, place: str = "") -> str:
     """Text for the terminal, at most 13 lines; the report is at ``place``."""
     models = Attempts()("corrected model", lambda: corrected(diagnosis, findings.torque), Corrected({}))
-    text = render("terminal.txt.j2", **_content(diagnosis, findings, models), place=place)
+    file = quote(Path(place).with_name("model.toml").as_posix()) if place else ""
+    text = render("terminal.txt.j2", **_content(diagnosis, findings, models), place=place, file=file)
     return "\n".join(line for line in text.splitlines() if line)
 
 

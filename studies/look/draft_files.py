@@ -1,6 +1,7 @@
 """Draft a sidecar, a channel map and a measurement file, with marks where only the user knows."""
 
 import json
+import math
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +18,7 @@ from tyre.formats.channel_map import Reading, Window
 from tyre.ground.errors import InputError
 from tyre.ground.files import own_ends, refuse_outside, slug, slugs, write_text
 from tyre.ground.units import SI, quantity_of
-from tyre.recordings.draft import UNKNOWN
+from tyre.recordings.draft import UNKNOWN, unit_of
 from tyre.recordings.run_checks import TOLERANCES
 
 FILL = "FILL IN"
@@ -113,7 +114,7 @@ def _sidecar(roles: Roles, supposed: Supposed, folder: Path) -> str:
     levels = {
         name: sorted({round(getattr(c, name) / TOLERANCES[name].size, 6) for c in conditions})
         for name in TOLERANCES
-        if conditions and not supposed.pull and (name == "load" or name in supposed.recorded)
+        if conditions and (name in supposed.recorded or (name == "load" and not math.isnan(supposed.load)))
     }
     one_load = len(levels.get("load", ())) == 1
     return _fill_template(
@@ -132,7 +133,10 @@ def _sidecar(roles: Roles, supposed: Supposed, folder: Path) -> str:
 
 def _channels(roles: Roles, channels: Sequence[str]) -> list[str]:
     if roles.map is not None:
-        return [f"# the channels are those of --channels {roles.map.source}: give it to tyre fit too"]
+        return [
+            f"# the channels are those of --channels {roles.map.source}: give it to tyre fit too, or copy its",
+            "# [channels] here, as recordings of other columns in one folder need",
+        ]
     lines = ["[channels]", *roles.lines(channels)]
     untimed = all(signal.time is None for signal in roles.opened.signals.signals.values())
     needs_no_time = {"slip_angle", "lateral_force"} <= roles.guessed.keys() or channels is ALL_PULL
@@ -158,12 +162,19 @@ def _motion_map(look: Look, windows: Iterable[Window]) -> str:
 def _candidates(look: Look) -> str:
     """List every column with the channels that it could be, where no use of the recording was recognised."""
     signals, clock = look.opened.signals, look.opened.clock
+    guessed = {guess.column.name: (name, guess) for name, guess in look.roles.guessed.items()}
     lines = ["[channels]", *([clock.line("time")] if clock else ["# time = {rate_hz = ...}  # FILL IN"])]
     for column in signals.columns:
-        if clock is None or column.name != clock.column.name:
-            quantity = quantity_of(column.unit)
+        if column.name in guessed:
+            name, guess = guessed[column.name]
+            lines.append(guess.line(name))
+        elif clock is None or column.name != clock.column.name:
+            unit = unit_of(column)
+            quantity = quantity_of(unit)
             fitting = [name for name, measured in QUANTITIES.items() if quantity in ("", measured)]
-            entry = {"column": column.name} | ({} if quantity else {"unit": UNKNOWN})
+            entry = {"column": column.name}
+            if column.unit != unit or not quantity:
+                entry["unit"] = unit if quantity else UNKNOWN
             keys = ", ".join(f"{key} = {_quote(value)}" for key, value in entry.items())
             lines.append(f"# {' or '.join(fitting) if quantity and fitting else 'NAME'} = {{{keys}}}")
     return _fill_template("motion_map", lines=lines, windows=(), reading=_reading(look.opened.reading, Path()))

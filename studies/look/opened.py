@@ -19,7 +19,7 @@ from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
 from tyre.ground.units import GRAVITY, SI, find_unit, quantity_of
 from tyre.recordings.clock import GAP, check_clock, damaged_times, sample_times, usual_rate
-from tyre.recordings.draft import UNKNOWN, Guess, guesses
+from tyre.recordings.draft import UNKNOWN, Guess, guesses, unit_of
 from tyre.recordings.signal_quality import Quality, quality
 
 CLOCK_UNITS = (  # with the factor to s and the least usual step; days are those of a spreadsheet
@@ -322,7 +322,12 @@ class Roles:
         """Remedy for the channels ``names`` that no column could be."""
         units = {name: QUANTITIES.get(name, "time") for name in names}
         fitting = {quantity: self._free(quantity) for quantity in (*units.values(), "")}
-        content = {"units": units, "fitting": fitting, "silent": fitting.pop(""), "si": SI}
+        taken = [
+            f"{column} is taken as {name}"
+            for name, column in self.names([*QUANTITIES]).items()
+            if not fitting.get(QUANTITIES[name], [""])
+        ]
+        content = {"units": units, "fitting": fitting, "silent": fitting.pop(""), "si": SI, "taken": taken}
         filters = {"listed": lambda columns: join_names(columns, most=4)}
         return one_line(render_file("studies.look", "lacking.txt.j2", content, escaped=False, filters=filters))
 
@@ -334,7 +339,7 @@ class Roles:
             column.name
             for column in self.opened.signals.columns
             if column.name not in used_columns
-            and quantity_of(column.unit) == quantity
+            and quantity_of(unit_of(column)) == quantity
             and not self.opened.quality[column.name].dead
         ]
 
@@ -377,9 +382,11 @@ def _by_unit(
         if name in guessed:
             continue
         used_columns = {guess.column.name for guess in (*guessed.values(), *more.values())}
-        fitting = [c for c in columns if c.name not in used_columns and quantity_of(c.unit) == OF_RIG[name]]
+        fitting = [c for c in columns if c.name not in used_columns and quantity_of(unit_of(c)) == OF_RIG[name]]
         if len(fitting) == 1:
-            more[name] = Guess(fitting[0], "", f"the only column in a unit of {OF_RIG[name]}, its name is not specific")
+            (column,) = fitting
+            doubt = f"the only column in a unit of {OF_RIG[name]}, its name is not specific"
+            more[name] = Guess(column, "" if column.unit else unit_of(column), doubt)
     return {} if all_or_none and len(more) < len([name for name in needed if name not in guessed]) else more
 
 

@@ -21,7 +21,6 @@ from tyre.fits.tydex_recording import tydex_sidecar
 from tyre.formats.channel_map import ChannelMap, Window
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
-from tyre.ground.units import find_unit, quantity_of
 from tyre.recordings.channels import Record, records
 from tyre.recordings.recording import CONVENTIONS, Condition, LateralStiffnessTest, RigRun
 from tyre.recordings.run_checks import preflight
@@ -81,7 +80,7 @@ KINDS = {"slip_sweep": SWEEP, "lateral_stiffness": PULLED, "slip_step": STEP}  #
 ALL_ROLLING = (*ROLLING, "aligning_moment", "inclination", "speed", "temperature", "pressure")
 MANY_POINTS = 300  # of a level; nobody waits for so many to settle
 CHANNEL_OF = {"load": "vertical_load", "camber": "inclination"}
-ALL_PULL = (*PULL, "rim_displacement")
+ALL_PULL = (*PULL, "rim_displacement", "vertical_load", "pressure")
 
 
 class Found(NamedTuple):
@@ -116,7 +115,7 @@ class Supposed:
             said_keys += [
                 name for name in ("load", "pressure") if not np.isnan(getattr(self.constants.condition, name))
             ]
-        said_keys += [] if self.pull else [*self.recorded]
+        said_keys += self.recorded
         said_keys += [] if np.isnan(self.load) else ["load"]
         return [name for name in ("tyre", "load", "pressure", "surface", "axes") if name not in said_keys]
 
@@ -145,13 +144,9 @@ def find_axes(
 
 def as_rig(record: Record, supposed: Supposed, axes: str, path: Path) -> RigRun | LateralStiffnessTest:
     """Make rig data of a ``record``, as ``tyre fit`` has it once the draft (``supposed``) is filled in."""
-    assumed = (
-        Condition("?", load=400.0, pressure=5e5, surface="flat")
-        if supposed.pull
-        else Condition(
-            "?", load=np.nan, pressure=np.nan if "pressure" in record.values else 5e5, surface="flat", camber=np.nan
-        )
-    )
+    load = 400.0 if supposed.pull and "vertical_load" not in record.values else np.nan
+    pressure = np.nan if "pressure" in record.values else 5e5
+    assumed = Condition("?", load=load, pressure=pressure, surface="flat", camber=np.nan)
     sidecar = supposed.constants or Sidecar(assumed, axes, None, synthetic=False, notes=())
     sidecar = replace(sidecar, axes=axes, rigid_rim=supposed.rigid_rim)
     if supposed.steady:
@@ -358,15 +353,16 @@ def _judge_channels(
     plain = replace(channel_map, windows=())
     (whole,) = records(roles.opened.signals, plain, QUANTITIES, timed=not supposed.pull)
     load = whole.values.get("vertical_load")
-    middle = None if load is None or supposed.pull else float(np.nanmedian(load))
-    load_of_pull = _load_read(roles) if supposed.pull else np.nan
+    middle = None if load is None else float(np.nanmedian(load))
     recorded = tuple(name for name in ("pressure", "speed", "camber") if CHANNEL_OF.get(name, name) in whole.values)
-    supposed = replace(supposed, recorded=recorded, load=load_of_pull if middle is None else abs(middle))
+    supposed = replace(supposed, recorded=recorded, load=np.nan if middle is None else abs(middle))
     axes, recording = find_axes(whole, supposed, path, middle)
     if isinstance(recording, RigRun):
         supposed = replace(
             supposed, condition=level_conditions({"": recording})[""], step=recording.kind == "slip_step"
         )
+    else:
+        supposed = replace(supposed, condition=recording.condition)
     supposed = replace(supposed, axes=axes)
     if windows_of_map:
         spans = [
@@ -389,15 +385,6 @@ def _judge_channels(
         replace(use, provided=f"{', '.join(names)} (not in the recording)" if use.usable and names else "")
         for use, names in zip(uses, lacking, strict=True)
     ], supposed
-
-
-def _load_read(roles: Roles) -> float:
-    """Median of the vertical load during a lateral stiffness test, N; NaN if no column holds it in a known unit."""
-    guess = roles.guessed.get("vertical_load")
-    if guess is None or quantity_of(guess.unit or guess.column.unit) != "force":
-        return float("nan")
-    unit = find_unit(guess.unit or guess.column.unit, "force", where=str(roles.opened.path))
-    return abs(unit.factor * roles.opened.quality[guess.column.name].median)
 
 
 def _judge_events(

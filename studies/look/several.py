@@ -102,7 +102,9 @@ def _line(look: Look) -> str:
     for use in look.uses:
         if use.usable:
             count = len(use.events)
-            note = use.events[0].notes[0] if count == 1 and use.events[0].notes else f"{count} events"
+            note = "1 event" if count == 1 else f"{count} events"
+            if count == 1 and use.events[0].notes:
+                note = use.events[0].notes[0]
             condition = f"; specify {use.provided}" if use.provided else ""
             uses.append(f"{use.name}: {note}{condition}")
     uses_text = "; ".join(uses) or "can be used for nothing as it is"

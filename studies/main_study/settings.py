@@ -42,6 +42,7 @@ PLAIN = {
     "pista_charlie_hoods": "a Pista track bicycle with a rider on the hoods",
     "pista_charlie_upright": "a Pista track bicycle with an upright rider",
     "rigid": "the riderless Davis instrumented bicycle", "rigid_rider": "the Davis instrumented bicycle with a rider",
+    "bicycle of the model file": "the bicycle of the model file",  # whose numbers it holds, without a name
     "rigid_rider_joined": "the Davis instrumented bicycle with a rigid rider",
 }  # fmt: skip
 

@@ -99,6 +99,17 @@ def stated(name: str) -> bool:
     return click.get_current_context().get_parameter_source(name) is not click.core.ParameterSource.DEFAULT
 
 
+def refuse_next_to(flag: str, *allowed: str) -> None:
+    """Refuse the options of the running command that ``flag`` does not use: all but the parameters ``allowed``."""
+    context = click.get_current_context()
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        if stated(name) and flag not in parameter.opts and name not in allowed:
+            is_option = isinstance(parameter, click.Option)
+            called = max(parameter.opts, key=len) if is_option else parameter.human_readable_name.strip("[]")
+            raise InputError(f"{flag} prints and ends; leave out {called}")
+
+
 def check_memory(name: str, number: float, bytes_each: float) -> None:
     """Refuse a ``number`` of things, called ``name``, whose arrays of so many bytes each would not fit into memory."""
     if not number * bytes_each <= MOST_BYTES:

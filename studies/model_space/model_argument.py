@@ -11,6 +11,7 @@ import click
 
 from studies.reporting.command_context import verbose
 from tyre.ground.errors import InputError, unknown
+from tyre.ground.files import refuse_without_ending
 from tyre.ground.number_with_unit import typed_numbers
 
 if TYPE_CHECKING:
@@ -214,6 +215,7 @@ def find_bicycle(text: str) -> str | None:
     if path.suffix.lower() in (".txt", ".yml", ".yaml", ".json", ".m"):
         return path.resolve().as_posix()
     if not path.is_file() and path.suffix.lower() != ".toml" and text not in available_models():
+        refuse_without_ending("bicycle or model", text)
         mistake = unknown("bicycle or model", text, [*available_bicycles(), *available_models()])
         raise InputError(f"{mistake}; or give a file: velotyre new model.toml writes an example")
     try:

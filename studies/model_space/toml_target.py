@@ -15,7 +15,7 @@ def check_toml_target(out: Path, *, force: bool, companions: Sequence[str] = ())
     if out.suffix.lower() != ".toml":
         raise InputError(f"--out {out}: the ending {out.suffix!r} is not known; write a .toml file")
     if not out.parent.is_dir():
-        raise InputError(f"--out {out}: there is no folder {out.parent}")
+        raise InputError(f"--out {out}: there is no folder {out.parent}; make it first")
     existing = [file for file in (out, *(out.with_suffix(ending) for ending in companions)) if file.exists()]
     if existing and not force:
         raise InputError(f"{existing[0]} exists; give --force to overwrite it or another name")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies.reporting.command_context import VERBOSE
-from tyre.ground.errors import InputError, fold_notes
+from tyre.ground.errors import InputError, Note, fold_notes
 from tyre.ground.files import write_text
 from tyre.ground.number_with_unit import typed_numbers
 from tyre.ground.text_table import csv_text
@@ -194,7 +194,10 @@ def print_exchanges(models: Mapping[str, "LinearModel"], fastest: float) -> None
 
 
 def print_warnings(warnings: Sequence[str]) -> None:
-    """Print ``warnings`` to standard error, a line each; several notes on one tyre are one line without --verbose."""
+    """Print ``warnings`` to standard error, a line each; several notes on one tyre are one line without --verbose.
+
+    A note on a tyre inside of its tests is called a note: it informs, and no reading changes by it.
+    """
     print_named_warnings({"": warnings})
 
 
@@ -207,4 +210,5 @@ def print_named_warnings(warnings: Mapping[str, Sequence[str]]) -> None:
     by_name = [(name, text) for name, texts in lines.items() for text in texts if text not in common]
     for name, text in [*(("", text) for text in common), *by_name]:
         prefix = f"{name}: " if name else ""
-        click.echo(f"warning: {prefix}{' '.join(text.split())}", err=True)
+        kind = "note" if isinstance(text, Note) and text.inside else "warning"
+        click.echo(f"{kind}: {prefix}{' '.join(text.split())}", err=True)

@@ -58,7 +58,7 @@ def report_front_file(file: Path, *, bicycle: str | None, out: Path | None, json
         raise InputError(f"{out} is not written: the readings give no numbers")
     write_text(out, model_file_text(result, model, report.damping, description(report)))
     if json_file != "-":
-        click.echo(f"\n{out}: next: velotyre critical {quote(str(out))}")
+        click.echo(f"\n{out}: next: velotyre run {quote(str(out))}")
 
 
 def _report_hands(

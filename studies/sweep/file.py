@@ -9,13 +9,14 @@ import numpy as np
 from bicycle.files.bicycle_files import bicycle_place, is_bicycle_table, read_bicycles
 from bicycle.model.default_sd import MODEL_FILE
 from bicycle.model.model import Model
-from bicycle.model.model_file import allows_unusual, build_model, refuse_absurd_values
+from bicycle.model.model_file import allows_unusual, build_model, model_content, refuse_absurd_values
 from bicycle.model.rider_in_model import locate_rider
 from bicycle.model.wheel_tyres import TYRE_KEYS, located, tyre_file, values_of_tyres
 from bicycle.parameters.bicycle import BOUNDS, HEAD_ANGLE, UNITS, Bicycle, canonical
 from bicycle.parameters.parameter_covariance import WHEELS, ParameterKey, checked_covariance, entries_of
 from studies.model_space.axes import bounds_of
 from studies.model_space.command_options import check_memory
+from studies.model_space.model_argument import find_bicycle
 from studies.model_space.outputs import OUTPUTS
 from studies.model_space.sampling import possible_moments
 from studies.sweep.specification import BICYCLE, SPEED, TYRE_UNITS, GridAxis, Normal, Sweep, Uniform
@@ -156,11 +157,22 @@ def build_sweep(content: Mapping[str, Any], *, folder: Path = Path()) -> Sweep:
 
 
 def _read_model(model: Any, folder: Path) -> tuple[Mapping[str, Any], Path]:
-    """Content of a model, a table or a file in ``folder``, and the folder that its files are relative to."""
+    """Content of a model and the folder that its files are relative to.
+
+    ``model`` is a table, a model or bicycle file in ``folder``, or the name of a packaged one.
+    """
     if not isinstance(model, str):
         return model, folder
     path = folder / model
-    return read_toml(path, "model file", where=f"model = {path.as_posix()!r}"), path.parent
+    if path.suffix and not path.is_file():
+        return read_toml(path, "model file", where=f"model = {path.as_posix()!r}"), path.parent  # refused
+    text = path.as_posix() if path.is_file() else model
+    try:
+        bicycle = find_bicycle(text)
+    except InputError as error:
+        raise InputError(f"model = {text!r}: {error}") from error
+    content = model_content(text) if bicycle is None else {"bicycle": bicycle}
+    return content, path.parent
 
 
 def _parameters_of(bicycle: Bicycle) -> dict[str, float]:

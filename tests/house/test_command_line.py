@@ -125,13 +125,16 @@ def test_notes_on_a_tyre_are_one_line_and_verbose_shows_them(capsys):
     line, rigid = capsys.readouterr().err.splitlines()
     assert rigid.startswith("note: the front frame is rigid")
     assert line == (
-        "warning: Tyre1 on flat (rear 442 N, 6.2 bar, interpolated; front 426 N, 6.2 bar, interpolated): "
+        "note: Tyre1 on flat (rear 442 N, 6.2 bar, interpolated; front 426 N, 6.2 bar, interpolated): "
         "4 notes, --verbose shows them"
     )
     main([*asked, "--verbose"])
     full = capsys.readouterr().err.splitlines()
     assert len(full) == 4 + 1
     assert any("lateral stiffness between measured conditions: bilinear" in line for line in full)
+    assert all(line.startswith("note: ") for line in full)
+    main([*asked[:-1], "9"])
+    assert capsys.readouterr().err.startswith("warning: Tyre1 on flat (rear 442 N, 9 bar, extrapolated")
 
 
 def test_an_unknown_command_is_refused_with_the_nearest(refused):

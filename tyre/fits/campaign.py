@@ -503,7 +503,7 @@ def measured_tables(campaign: Campaign) -> tuple[list[MeasuredTable], list[str]]
         complete = [c for c in members if c.cornering_stiffness is not None and c.lateral_stiffness is not None]
         left_out = {"at more camber": len(conditions) - len(members), "without C or K": len(members) - len(complete)}
         label = f"{tyre} on {surface}"
-        remarks += [f"{label}: {n} conditions {how} are not in the map" for how, n in left_out.items() if n]
+        remarks += [f"{label}: conditions {how}, not in the map: {n}" for how, n in left_out.items() if n]
         if complete:
             tables.append(_table(complete, campaign))
     return tables, remarks

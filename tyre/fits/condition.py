@@ -201,7 +201,10 @@ def near_conditions(keys: Iterable[Key]) -> dict[Key, str]:
             second.surface,
             second.camber,
         ) and (all(abs(a / b - 1) < LIMITS.near for a, b in zip(first[2:4], second[2:4], strict=True))):
-            warnings[first] = warnings[second] = f"nearly the same condition is taken as two: {first} and {second}"
+            warnings[first] = warnings[second] = (
+                f"nearly the same condition is taken as two: {first} and {second}; if it is one, declare the same load "
+                "and pressure in their sidecars"
+            )
     return warnings
 
 

@@ -1,5 +1,6 @@
 """Rig recordings in files with a sidecar (CSV with units in its column names, a laboratory's own columns), or TYDEX."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from tyre.recordings.recording import (
     check_channels,
     signs,
 )
+from tyre.recordings.run_checks import TOLERANCES
 
 EVERY = {name: channel.quantity for name, channel in CHANNELS.items()}
 QUANTITIES = {name: quantity for name, quantity in EVERY.items() if name != "time"}
@@ -164,10 +166,12 @@ def _assemble(
     recording: RigRun | LateralStiffnessTest
     if pull:
         used: Any = {name: channels[name] for name in (*needed, "time") if name in channels}
-        unused = sorted(set(channels) - set(used))
+        unused = sorted(set(channels) - set(used) - {tolerance.channel for tolerance in TOLERANCES.values()})
         if unused:
             everything = (*everything, f"columns not used in a lateral stiffness test: {', '.join(unused)}")
-        condition = _condition_of_pull(sidecar.condition, path)
+        everything = (*everything, *_measured_otherwise(sidecar.condition, channels))
+        levels = _levels_of_pull(sidecar.condition, channels, path)
+        condition = _condition_of_pull(replace(sidecar.condition, **levels), path)
         recording = LateralStiffnessTest(condition, sidecar.axes, **used, **common, notes=everything)
     else:
         kind: Any = sidecar.kind or "slip_sweep"
@@ -199,13 +203,47 @@ def _refuse_lacking(columns: dict[str, Channel], needed: tuple[str, ...], sideca
     raise InputError(f"{path}: [channels] names no {lacking} (it names {names}); add its column{more}")
 
 
+def _levels_of_pull(condition: Condition, channels: Mapping[str, Channel], path: Path) -> dict[str, Any]:
+    """Levels (SI) of the channels (n,) for what a ``condition`` of a lateral stiffness test leaves to them.
+
+    They are rounded as those of a slip sweep are, so that both are of one condition.
+    """
+    levels: dict[str, Any] = {}
+    for quantity, tolerance in TOLERANCES.items():
+        channel = channels.get(tolerance.channel)
+        if channel is None or not np.isnan(getattr(condition, quantity)) or not np.isfinite(channel).any():
+            continue
+        if tolerance.outside(channel) > tolerance.beyond:
+            raise InputError(
+                f"{path}: the {quantity} varies during the lateral stiffness test; select the test itself with "
+                f"[[windows]], or declare its {quantity} in the sidecar"
+            )
+        levels[quantity] = float(tolerance.nominal(float(np.nanmedian(channel))))
+    return levels
+
+
+def _measured_otherwise(condition: Condition, channels: Mapping[str, Channel]) -> list[str]:
+    """Notes on channels (n,) of a lateral stiffness test that contradict what its ``condition`` declares."""
+    notes = []
+    for quantity, tolerance in TOLERANCES.items():
+        channel, declared = channels.get(tolerance.channel), getattr(condition, quantity)
+        if channel is None or np.isnan(declared) or not np.isfinite(channel).any():
+            continue
+        median = float(np.nanmedian(channel))
+        if abs(median - declared) > tolerance.width(declared):
+            median_shown, declared_shown = median / tolerance.size, declared / tolerance.size
+            notes.append(
+                f"median {quantity} is {median_shown:.4g} {tolerance.unit}, declared are {declared_shown:.4g} "
+                f"{tolerance.unit}"
+            )
+    return notes
+
+
 def _condition_of_pull(condition: Condition, path: Path) -> Condition:
-    """Condition of a lateral stiffness test, upright unless it declares a camber; no load or pressure is refused."""
+    """Condition of a lateral stiffness test, upright unless it has a camber; no load or pressure is refused."""
     lacking = next((name for name in ("load", "pressure") if np.isnan(getattr(condition, name))), "")
     if lacking:
-        raise InputError(
-            f"{path}: key {lacking!r} is missing in the sidecar; a lateral stiffness test is not cut by its channels"
-        )
+        raise InputError(f"{path}: key {lacking!r} is missing in the sidecar, and no channel has it")
     return replace(condition, camber=float(np.nan_to_num(condition.camber)))
 
 

@@ -106,11 +106,12 @@ def fold_notes(notes: Sequence[str]) -> list[str]:
     for number, note in enumerate(notes):
         subject = note.subject if isinstance(note, Note) and note.subject else f"\0{number}"
         groups.setdefault(subject, []).append(note)
-    lines = []
+    lines: list[str] = []
     for subject, group in groups.items():
         first = group[0]
         if len(group) == 1 or not isinstance(first, Note):
             lines += group
         else:
-            lines.append(f"{subject} ({first.headline}): {len(group)} notes, --verbose shows them")
+            text = f"{subject} ({first.headline}): {len(group)} notes, --verbose shows them"
+            lines.append(Note(text, subject, first.headline, inside=not extrapolated(group)))
     return lines

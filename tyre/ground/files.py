@@ -16,24 +16,30 @@ from tyre.ground.errors import InputError
 
 DEEPEST, LARGEST = 50, 1_000_000  # tables in tables; bytes of a file that people write, and numbers of a level in it
 _WORDS = ("source", "description", "note", "notes", "name", "comment")  # keys that name no file
+_OPEN_FILES = ("/dev", "/dev/fd", "/proc/self/fd")  # folders whose links stand for open files of the process
 
 
 @contextmanager
 def replacing(target: str | Path) -> Iterator[Path]:
-    """Give a file to write next to ``target`` (with its ending); at the end of the block it replaces the target."""
+    """Give a file to write next to ``target`` (with its ending); at the end of the block it replaces the target.
+
+    A link is replaced too, not the file behind it, whose name was not given. Only a link that stands for an open file
+    of the process (``/dev/stdout``) is written through, as a device is.
+    """
     target_text, target = str(target), Path(target)
-    if target.is_symlink():
-        target = target.resolve()
     if target.is_dir():
         raise IsADirectoryError(21, "is a folder; give a file", target_text)
-    device = target.exists() and not target.is_file()
+    if not target.parent.is_dir():
+        raise FileNotFoundError(2, f"there is no folder {target.parent.as_posix()}; make it first", target_text)
+    open_file = target.is_symlink() and target.absolute().parent.as_posix() in _OPEN_FILES
+    device = target.exists() and (open_file or not target.is_file())
     part = target if device else target.with_name(f".{target.stem}.part{os.getpid()}{target.suffix}")
     try:
         yield part
         if not device:
             with part.open("rb+") as file:
                 os.fsync(file.fileno())
-            if target.exists():
+            if target.exists() and not target.is_symlink():
                 shutil.copymode(target, part)
             os.replace(part, target)
     except OSError as error:
@@ -126,6 +132,12 @@ def data_root() -> Traversable:
     except ModuleNotFoundError:
         return Path(__file__).resolve().parents[2] / "data"
     return resources.files("tyre.data")
+
+
+def refuse_without_ending(kind: str, name: object) -> None:
+    """Refuse a ``name`` of a ``kind`` of file that lacks the ending of the file that was meant."""
+    if Path(f"{name}.toml").is_file():
+        raise InputError(f"unknown {kind} {str(name)!r}; did you mean the file {name}.toml?")
 
 
 def refuse_special(path: Path | Traversable) -> None:

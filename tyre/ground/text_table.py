@@ -215,7 +215,7 @@ def read_columns(
 
     Cells of the ``blank`` columns may be empty or ``nan``: NaN.
     """
-    cells = read_cells(path, kind="table; paths are relative to the file that names it", example=", ".join(needed))
+    cells = read_cells(path, kind="table; a path in a file is relative to that file", example=", ".join(needed))
     header = cells.header
     if len(header) == 1 and (";" in header[0] or "\t" in header[0]):
         raise InputError(f"{path}: columns are separated by commas here, numbers written with a point (0.1)")

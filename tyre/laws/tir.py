@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf, isfinite, nan
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +20,7 @@ from tyre.laws.formula_tyre import FormulaTyre
 from tyre.laws.tir_laws import OVER_PRESSURE, POSITIVE, TAKEN, Coefficients, Version
 from tyre.laws.tir_laws import PRESSURE as PRESSURE_LAW
 from tyre.measured.plausible import LARGEST, SMALLEST
-from tyre.measured.properties import POSSIBLE_PRESSURE
+from tyre.measured.properties import POSSIBLE_PRESSURE, SAME_PRESSURE
 
 # quantity of the values with a unit; all others are pure numbers
 QUANTITY = dict.fromkeys(("FNOMIN", "FZMIN", "FZMAX"), "force") | dict.fromkeys(("UNLOADED_RADIUS", "WIDTH"), "length")
@@ -222,7 +221,6 @@ class TirTyre(FormulaTyre):
     file: TirText
     camber_moment: str = "software"
     coefficients: Coefficients = field(init=False)
-    same_pressure: ClassVar[float] = 0.02  # a file without a law of pressure has one; a rig sets it within this share
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -232,7 +230,7 @@ class TirTyre(FormulaTyre):
         tyre, surface = file.comments.get("TYRE", Path(file.source).stem), file.comments.get("SURFACE", "flat")
         width, nominal, pressure_range = file.number("WIDTH", 0.0), model["NOMPRES"], model.pressure_range
         if not model.by_pressure and nominal > 0:
-            pressure_range = (1 - self.same_pressure) * nominal, (1 + self.same_pressure) * nominal
+            pressure_range = (1 - SAME_PRESSURE) * nominal, (1 + SAME_PRESSURE) * nominal
         inflation = file.number("IP", nan) if model.by_pressure and isinstance(file.values.get("IP"), float) else nan
         lines = [line.lower() for line in file.text.splitlines() if line.startswith(("!", "$"))]
         label = f"{tyre} on {surface} ({Path(file.source).name})"
@@ -346,7 +344,7 @@ class TirTyre(FormulaTyre):
 
     def _refuse(self, load: float, pressure: float) -> None:
         nominal = self.coefficients["NOMPRES"]
-        if not self.coefficients.by_pressure and abs(pressure - nominal) > self.same_pressure * nominal:
+        if not self.coefficients.by_pressure and abs(pressure - nominal) > SAME_PRESSURE * nominal:
             raise InputError(
                 f"{self.file.source}: it holds one pressure, here {nominal / PASCAL_PER_BAR:g} "
                 f"bar; {pressure / PASCAL_PER_BAR:g} bar needs a file of its own"

@@ -582,14 +582,14 @@ class TyreMap(TyreSource):
 
     def _refuse(self, load: float, pressure: float) -> None:
         table, law = self.measured, self.cornering_stiffness_trend.parameters
-        for name, value, unit, lines in (
-            ("load", load, "N", table.loads),
-            ("pressure", pressure, "Pa", table.pressures),
+        for name, value, unit, size, lines in (
+            ("load", load, "N", 1.0, table.loads),
+            ("pressure", pressure, "bar", PASCAL_PER_BAR, table.pressures),
         ):
             if lines.size == 1 and not np.isclose(value, lines[0], rtol=1e-9):
                 raise InputError(
-                    f"{table.label}: {name} is {value:g} {unit}, but it was measured at {lines[0]:g} {unit} "
-                    f"only, which says nothing about another {name}; ask for that one or measure more."
+                    f"{table.label}: {name} is {value / size:.6g} {unit}, but it was measured at {lines[0] / size:g} "
+                    f"{unit} only, which says nothing about another {name}; ask for that one or measure more."
                 )
         for name in ("PPY1", "PPY2"):
             if 1 + law.get(name, 0.0) * (pressure / law["NOMPRES"] - 1) <= 0:

@@ -423,8 +423,12 @@ class TyreSource(ABC):
                 free = name == "pressure" and np.isnan(value) and self.default_pressure is not None
                 if not (np.isfinite(value) and value > 0) and not free:
                     raise InputError(f"{self.label}: {name} is {value:g} {unit}; it must be finite and > 0.")
-            self._refuse(float(load), float(pressure))
         load, pressure = np.array(conditions, dtype=np.float64).T
+        if self.pressures.size == 1:
+            (only,) = self.pressures
+            pressure = np.where(np.abs(pressure - only) <= SAME_PRESSURE * only, only, pressure)
+        for one_load, one_pressure in zip(load.tolist(), pressure.tolist(), strict=True):
+            self._refuse(one_load, one_pressure)
         return load, pressure
 
     def _refuse(self, load: float, pressure: float) -> None:  # noqa: B027 (most tyres refuse none)
@@ -442,6 +446,7 @@ class TyreSource(ABC):
         """Return the same tyre with ``relative_sd`` as standard deviation wherever its source states none."""
 
 
+SAME_PRESSURE = 0.02  # a rig sets a pressure within this share: a tyre of one pressure has it there
 POSSIBLE_PRESSURE = (0.2e5, 25e5)  # Pa, of a tyre
 PRESSURE_SLIPS = (("bar", PASCAL_PER_BAR), ("kPa", 1e3), ("psi", 6894.757293168))
 LOAD_SLIPS = (("kg", GRAVITY), ("kN", 1e3))

@@ -121,6 +121,11 @@ class _ColumnWords:
         return (self.column.name, plain, self.column.spellings[1], plain.replace("_", " "))
 
 
+def unit_of(column: Column) -> str:
+    """Unit that the file states for a ``column``, else the end of its name that is a unit (``F_kgf``); or empty."""
+    return column.unit or next(iter(_ColumnWords.of(column).ends), "")
+
+
 def guesses(columns: Sequence[Column], quantities: Mapping[str, str]) -> dict[str, Guess]:
     """Guess the columns of the wanted channels from what each measures; each column is taken once."""
     named = [_ColumnWords.of(column) for column in columns]

@@ -1,8 +1,8 @@
 """``velotyre tyre fit``: a folder of rig recordings to cornering stiffness, lateral stiffness and relaxation length."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -10,6 +10,9 @@ from studies.model_space.channel_options import chosen_map, takes_channels
 from studies.model_space.command_options import FINITE, LENGTH, PATH, WORKERS
 from studies.reporting.command_context import example
 from tyre.ground.errors import InputError
+
+if TYPE_CHECKING:
+    from tyre.fits.campaign import Campaign
 
 
 def _percent(name: str, default: float, words: str) -> Callable[[Any], Any]:
@@ -67,7 +70,7 @@ def command(
     """
     from studies.reporting.manifest import results
     from studies.reporting.output import write_json
-    from tyre.fits.campaign import fit_campaign, passed_over
+    from tyre.fits.campaign import fit_campaign, measured_tables, passed_over
     from tyre.fits.condition import FitSettings
     from tyre.measured.properties import Calibration
 
@@ -100,13 +103,30 @@ def command(
         click.echo(f"skipped {name}: {reason}", err=True)
     with results(out):
         written = write_campaign(campaign, out, wheel_radius=wheel_radius, every_recording=every_residual)
+    for warning in _near_conditions(campaign):
+        click.echo(f"warning: {warning}", err=True)
+    for remark in measured_tables(campaign)[1]:
+        click.echo(f"note: {remark}", err=True)
     to_stdout = json_file == "-"
     if json_file is not None:
         write_json(campaign.as_json(), json_file)
+    known = sum(condition.relaxation_length is not None for condition in campaign.conditions)
     click.echo(
-        f"{len(campaign.conditions)} conditions, {len(campaign.skipped)} files skipped; "
-        f"{len(written)} files in {out}, see {out / 'report.html'}",
+        f"{_count(campaign.conditions, 'condition')}, {known} with a relaxation length, "
+        f"{_count(campaign.skipped, 'file')} skipped; {_count(written, 'file')} in {out}, see {out / 'report.html'}",
         err=to_stdout,
     )
     for table in sorted((out / "maps").glob("*.csv")):
         click.echo(f'on a bicycle: tyre = "{table.as_posix()}" in a model file', err=to_stdout)
+
+
+def _count(things: Sized, word: str) -> str:
+    return f"1 {word}" if len(things) == 1 else f"{len(things)} {word}s"
+
+
+def _near_conditions(campaign: "Campaign") -> list[str]:
+    """Warn of conditions that were perhaps meant to be one, each pair once."""
+    from tyre.fits.condition import Key, near_conditions
+
+    keys = [Key(c.tyre, c.surface, c.load, c.pressure, c.camber) for c in campaign.conditions]
+    return list(dict.fromkeys(near_conditions(keys).values()))

@@ -105,6 +105,10 @@ def test_a_wheel_outside_the_models_is_noted(printed):
         (("--head-tube", "95", "--bicycle", "pista", "--out", "x.txt"), "write a .toml file"),
         (("--head-tube", "95", "--bicycle", "pista", "--out", "no/x.toml"), "there is no folder no"),
         (("--head-tube", "95", "--bicycle", "pist"), "did you mean 'pista'"),
+        (("--plan", "--out", "x.toml"), "--plan prints and ends; leave out --out"),
+        (("--plan", "--bicycle", "pista", "--json", "-"), "--plan prints and ends; leave out --json"),
+        (("--plan", "--head-tube", "95"), "leave out --head-tube"),
+        (("standing.toml", "--plan"), "leave out FILE"),
     ],
 )
 def test_what_is_refused(refused, options, words, tmp_path, monkeypatch):

@@ -126,7 +126,7 @@ def test_modes_as_picture_and_table(ending, tmp_path, capsys):
 
 @pytest.mark.parametrize(("options", "words"), [
     (["--plot", "modes.gif"], "the ending must be one of .png, .svg, .pdf"),
-    (["--plot", "none/modes.png"], "none/modes.png: cannot write the picture: No such file or directory"),
+    (["--plot", "none/modes.png"], "none/modes.png: cannot write the picture: there is no folder none; make it first"),
     (["--csv", "-", "--json", "-"], "--csv - and --json - would write into each other; give one of them a file"),
     (["--csv", "none/modes.csv"], "--csv none/modes.csv: no such folder; make it first"),
     (["--json", "modes.csv"], "modes.csv: what is written is JSON; give a name that ends in .json"),
@@ -154,3 +154,11 @@ def test_a_deviation_that_a_table_does_not_state_is_no_zero(capsys):
     names, starts = head.split(), [match.start() for match in re.finditer("-+", rule)]
     at = starts[names.index("cornering_stiffness_sd_N_per_deg")]
     assert row[at:].split()[0] == "-"
+
+
+@pytest.mark.parametrize("command", [("modes", "mine"), ("bicycles", "mine"), ("run", "mine"), ("diagnose", "mine")])
+def test_a_file_without_its_ending_is_suggested(refused, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    assert "did you mean" not in refused(*command)
+    (tmp_path / "mine.toml").write_text("")
+    assert "did you mean the file mine.toml?" in refused(*command)

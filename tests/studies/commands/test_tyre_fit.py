@@ -31,7 +31,7 @@ def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys, no_picture
     fit = ["tyre", "fit", str(folder), "--out", str(out), "--jobs", "1", "--json"]
     main([*fit, str(tmp_path / "c.json"), "--every-residual"])
     assert len(list((out / "figures" / "residuals").glob("*.png"))) == 2
-    assert "1 conditions, 0 files skipped" in capsys.readouterr().out
+    assert "1 condition, 1 with a relaxation length, 0 files skipped" in capsys.readouterr().out
     shown = json.loads(printed(*fit, "-"))
     assert shown == json.loads((tmp_path / "c.json").read_text())
     truth = json.loads((folder / "truth.json").read_text())["conditions"][0]
@@ -39,6 +39,19 @@ def test_fit_writes_json_to_file_and_stdout(folder, tmp_path, capsys, no_picture
     for name in ("cornering_stiffness_N_per_rad", "lateral_stiffness_N_per_m", "relaxation_length_m"):
         low, high = condition[name]["ci95"]
         assert low < truth[name] < high
+
+
+def test_what_lacks_a_relaxation_length_is_said(tmp_path, capsys, no_pictures):
+    main(["tyre", "simulate", str(tmp_path / "rig"), "--seed", "9", *SMALL])
+    (sidecar,) = (tmp_path / "rig").glob("*pull*.toml")
+    sidecar.write_text(sidecar.read_text().replace("load_N = 400.0", "load_N = 401.0"))
+    capsys.readouterr()
+    main(["tyre", "fit", str(tmp_path / "rig"), "--out", str(tmp_path / "out"), "--jobs", "1"])
+    printed = capsys.readouterr()
+    assert "2 conditions, 0 with a relaxation length, 0 files skipped" in printed.out
+    assert "nearly the same condition is taken as two: " in printed.err
+    assert "if it is one, declare the same load and pressure in their sidecars" in printed.err
+    assert "conditions without C or K, not in the map: 2" in printed.err
 
 
 def test_a_bad_file_is_left_out_and_listed(folder, tmp_path, capsys, no_pictures, refused):

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+import shlex
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -118,7 +119,8 @@ def test_the_command_says_the_sentence_and_where_the_report_is(modal, tmp_path, 
     if variants:
         confidence = next(line for line in shown if line.startswith("confidence: named, probability "))
         assert found["stability"]["sentence"] in confidence
-    main(["modes", str(out / "model.toml"), "--speeds", "4:6:1"])
+    line = next(line for line in shown if line.startswith("model: "))
+    main(shlex.split(re.search(r"Use: `velotyre (.*?)`", line)[1]))  # as it stands there, from this folder
     assert "weave" in capsys.readouterr().out
     text = read_report(out)
     written = r"`model.toml` with steer_damper added, parameters re-estimated \(largest shift: .*\)"

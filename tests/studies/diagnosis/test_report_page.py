@@ -285,7 +285,9 @@ def test_each_member_of_a_class_says_why(several):
     findings = find(several)
     assert len(findings.between) == 2
     assert findings.alternative.name == other
-    assert f"**Confidence:** one of 2, probability together {probability(several.verdict.probability)}. " in text
+    together = probability(several.verdict.probability)
+    second = said(several.verdict.equivalent[1])  # a member of the class is no alternative to it
+    assert f"**Confidence:** one of 2, probability together {together}. Second of them: {second}, " in text
 
 
 def test_what_is_far_more_probable_but_refused_has_its_own_sentence(one):

@@ -55,6 +55,10 @@ def test_times_that_the_logger_rounded_do_not_change_the_rate(tmp_path):
         "time: time runs back at 1 samples, first at sample 51", "free decay (modal), replay (histories)"]),
     (300, "Time [s],gyro_x [deg/s],note", lambda k: (k / 100, np.sin(k / 7), "bump" if k == 7 else "ok"), [
         "note: not numeric, rejected (line "]),
+    # units at the ends of the names, and an angle whose name is that of the steering
+    (600, "t_s,steer_enc_deg,Fside_kgf,Fnorm_kgf", lambda k: (k / 100, np.sin(k / 90), np.sin(k / 90), 40 + k % 3), [
+        "(in a unit of force: Fside_kgf, Fnorm_kgf; no free column has a unit of angle; steer_enc_deg is taken as "
+        "steer)"]),
     # thirteen samples a period at 20 Hz: the mean and six harmonics
     (1201, "time_s,roll_rate_rad_s,steer_torque_N_m", lambda k: (k / 20, (k * 7) % 11 - 5, (k * 5) % 13 - 6), [
         "a steer torque of 6 lines"]),
@@ -216,3 +220,16 @@ def test_recordings_of_one_name_have_drafts_of_their_own(tmp_path, capsys, no_pi
     written = {path.name for path in (tmp_path / "drafts").glob("*.channels.toml")}
     assert written == {f"{stem}.channels.toml" for stem in ("a_recording", "b_recording", "log_csv", "log_txt")}
     assert (tmp_path / "drafts" / "a_recording.look.png").is_file()
+
+
+def test_the_draft_of_all_candidates_keeps_what_was_recognised(tmp_path):
+    rows = [(k / 10, k / 10, k / 100, 3 * k, 40 + 0.01 * (k % 7), 80 + 0.01 * (k % 5)) for k in range(40)]
+    found = look(table(tmp_path / "push.csv", "t_s,plate_mm,rim_mm,Fside_kgf,Fnorm_kgf,infl_psi", rows))
+    (draft,) = drafts(found, tmp_path)
+    for line in (
+        'plate_displacement = {column = "plate_mm", unit = "mm"}',
+        'rim_displacement = {column = "rim_mm", unit = "mm"}',
+        '# lateral_force or vertical_load = {column = "Fside_kgf", unit = "kgf"}',
+        'pressure = {column = "infl_psi", unit = "psi"}',
+    ):
+        assert line in draft.text

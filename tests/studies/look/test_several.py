@@ -1,5 +1,7 @@
 """Several recordings and folders: what is alike is said once, and a pull uses the load that stands in its file."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -57,6 +59,6 @@ def test_a_pull_takes_the_load_that_was_read(tmp_path):
     (draft,) = drafts(found, tmp_path)
     (line,) = (line for line in draft.text.splitlines() if line.startswith("load_N"))
     value, _, remark = line.removeprefix("load_N = ").partition("  # ")
-    assert remark == "CHECK: the median of the file"
-    assert float(value) == pytest.approx(402, abs=0.5)
+    assert re.fullmatch(r"CHECK: the declared vertical load in N; the median of the file is 40[12]\.?\d*", remark)
+    assert float(value) == 402  # a round value, as that of a slip sweep
     assert "rate_hz" not in draft.text

@@ -45,7 +45,7 @@ def test_the_next_command_names_the_folder_of_the_recording(elsewhere, capsys, m
     assert "names '../../data/s.csv', which lies outside its folder" in capsys.readouterr().err
     monkeypatch.setenv(variable, folder)
     main([*command[2:], "--jobs", "1"])
-    assert "1 conditions, 0 files skipped" in capsys.readouterr().out
+    assert "1 condition, 0 with a relaxation length, 0 files skipped" in capsys.readouterr().out
 
 
 def test_a_sidecar_that_is_refused_is_told_beside_others_that_are_read(elsewhere, capsys, monkeypatch):
@@ -54,5 +54,5 @@ def test_a_sidecar_that_is_refused_is_told_beside_others_that_are_read(elsewhere
     (folder_of_all / "study" / "drafts" / "t.toml").write_text('recording = "../../../t.csv"\ntyre = "A"\n')
     main(["tyre", "fit", "drafts", "--out", "fit", "--jobs", "1"])
     told = capsys.readouterr()
-    assert "1 conditions, 1 files skipped" in told.out
+    assert "1 condition, 0 with a relaxation length, 1 file skipped" in told.out
     assert "names '../../../t.csv', which lies outside" in told.out + told.err

@@ -59,6 +59,13 @@ def test_the_answer_is_the_grade_of_the_samples(racing, onsets, words):
     assert words in told(altered(racing, CLOSER, {LOW: onsets}, fronts=20))
 
 
+def test_impossible_samples_are_counted(racing):
+    study = altered(racing, CLOSER, {LOW: STAY - 1}, fronts=20)
+    possible = np.arange(20) < 18
+    study = replace(study, samples=tuple(replace(samples, computed=possible) for samples in study.samples))
+    assert "In 18 samples (2 of 20 are impossible) wobble is worse in 18, better in 0" in told(study)
+
+
 def test_an_assumption_on_which_the_answer_depends_is_named_with_its_cheapest_measurement(racing):
     stiffness = front_draws(replace(racing.settings, fronts=20))["stiffness"]
     onsets = np.where(stiffness < np.median(stiffness), 4.0, 5.0)
@@ -188,6 +195,11 @@ def test_the_record_holds_worlds_word_and_rule(racing, monkeypatch, tmp_path, pr
     monkeypatch.setattr("studies.main_study.report.run_study", lambda *_, **__: racing)
     monkeypatch.setattr("studies.main_study.figures.drawings", lambda *_: [])
     assert json.loads(printed("run", "--out", str(tmp_path / "out"), "--workers", "1", "--json", "-")) == found
+
+
+def test_the_rule_takes_no_other_option(refused):
+    assert "--rule prints and ends; leave out --json" in refused("run", "--rule", "--json", "-")
+    assert "leave out MODEL" in refused("run", "model.toml", "--rule")
 
 
 def test_the_rule_is_printed_on_request(printed):

@@ -89,7 +89,7 @@ def test_a_recording_that_cannot_be_read_is_skipped_or_refused(campaign, tmp_pat
     main(["tyre", "fit", str(tmp_path), "--out", str(tmp_path / "fit"), "--jobs", "1"])
     shown = capsys.readouterr()
     assert f"skipped {path.name}: " in shown.err
-    assert "1 files skipped" in shown.out
+    assert "1 file skipped" in shown.out
 
 
 def test_a_file_without_a_sidecar_is_named(campaign, tmp_path, capsys):

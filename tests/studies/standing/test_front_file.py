@@ -31,7 +31,7 @@ def test_the_example_prints_the_joint_and_what_was_checked(folder, capsys):
 def test_the_model_holds_numbers_and_their_covariance(folder, tmp_path, capsys):
     target = tmp_path / "mine.toml"
     shown = run(capsys, folder / "MEASUREMENT.toml", "--out", target)
-    assert shown.splitlines()[-1] == f"{target}: next: velotyre critical {target}"
+    assert shown.splitlines()[-1] == f"{target}: next: velotyre run {target}"
     model = read_model(target)
     names = ["front_compliance.stiffness", "front_compliance.joint_z"]
     covariance = model.covariance.among(names)

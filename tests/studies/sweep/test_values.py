@@ -9,11 +9,25 @@ from sweep_examples import MEASURED, MODEL, write_file
 from sweep_results import load
 
 from bicycle import Model, effect_class, load_bicycle
+from bicycle.files import to_toml
 from bicycle.model import build_model
 from bicycle.stability import critical_speeds, modes, sensitivities
 from studies.sweep import build_sweep, read_sweep, run_sweep
 from tyre import TyreMap
 from tyre.ground import InputError
+
+
+def test_a_packaged_model_or_bicycle_and_a_bicycle_file_may_be_the_model(tmp_path):
+    (tmp_path / "mine.toml").write_text(to_toml(load_bicycle("benchmark").replace(c=0.07)))
+    content = {"grid": {"mH": [4.0, 5.0]}, "outputs": ["critical_speeds"]}
+    trails = {}
+    for name in ("sharp1971", "benchmark", "mine.toml"):
+        trails[name] = build_sweep(content | {"model": name}, folder=tmp_path).nominal.bicycle["c"]
+    assert trails["sharp1971"] == pytest.approx(0.38 * 0.3048 / np.cos(0.4715), rel=1e-3)  # Sharp (1971): 0.38 ft
+    assert trails["benchmark"] == 0.08  # Meijaard et al. (2007), table 1
+    assert trails["mine.toml"] == 0.07
+    with pytest.raises(InputError, match=r"model = 'sharp1972': unknown bicycle or model .* did you mean 'sharp1971'"):
+        build_sweep(content | {"model": "sharp1972"}, folder=tmp_path)
 
 
 def test_grid_values_are_those_of_single_models(tmp_path):

@@ -77,6 +77,29 @@ def test_a_lateral_stiffness_test_read_from_dial_gauges_needs_no_time(folder, tm
     np.testing.assert_allclose(test.tyre_deflection, 0.9e-3 * TIME, atol=1e-15)
 
 
+def test_a_lateral_stiffness_test_takes_load_and_pressure_of_its_channels(folder, tmp_path):
+    noise = np.random.default_rng(1).normal(0, 1, (2, N))
+    pull = {"F": (100 * TIME, "N"), "plate": (TIME, "mm"), "rim": (0.1 * TIME, "mm"),
+            "load": (41.9 + 0.1 * noise[0], "kgf"), "p": (80 + 0.1 * noise[1], "psi")}  # fmt: skip
+    sidecar = SIDECAR.replace("load_N = 400\npressure_bar = 5.5\n", "").replace("SAE", "adapted SAE")
+    channels = PULL + 'vertical_load = "load"\npressure = "p"\n'
+    write_parquet(tmp_path / "run.parquet", pull)
+    condition = read_recording(folder(channels, sidecar=sidecar)).condition
+    assert condition.load == 410  # 410.9 N, as a slip sweep at this load is called
+    assert condition.pressure == 5.5e5  # 80 psi are 5.516 bar
+    assert condition.camber == 0
+    declared = sidecar + "load_N = 412\npressure_bar = 5.6\n"
+    test = read_recording(folder(channels, sidecar=declared))
+    assert (test.condition.load, test.notes) == (412, ())
+    other = read_recording(folder(channels, sidecar=declared.replace("412", "500")))
+    assert other.notes == ("median load is 410.9 N, declared are 500 N",)
+    refuses("key 'pressure' is missing in the sidecar, and no channel has it", read_recording,
+            folder(PULL + 'vertical_load = "load"\n', sidecar=sidecar))  # fmt: skip
+    write_parquet(tmp_path / "run.parquet", pull | {"load": (np.linspace(0, 60, N), "kgf")})
+    refuses("the load varies during the lateral stiffness test; select the test itself", read_recording,
+            folder(channels, sidecar=sidecar))  # fmt: skip
+
+
 def test_two_files_of_one_stem(folder, tmp_path):
     for suffix in ("h5", "parquet"):
         write_parquet(tmp_path / f"run.{suffix}", COLUMNS)

@@ -67,14 +67,32 @@ def test_a_killed_process_leaves_the_old_file(tmp_path):
     assert [left_by_a_killed_run(name) for name in sorted(os.listdir(tmp_path))] == [True, False]
 
 
-def test_a_link_stays_a_link_and_permissions_stay(tmp_path):
+def test_permissions_stay(tmp_path):
     (target := tmp_path / "t.csv").write_text(OLD)
     target.chmod(0o640)
-    (link := tmp_path / "link.csv").symlink_to(target)
-    write_bytes(link, NEW.encode())
-    assert link.is_symlink()
+    write_bytes(target, NEW.encode())
     assert target.read_text() == NEW
     assert stat.S_IMODE(target.stat().st_mode) == 0o640
+
+
+@pytest.mark.parametrize("missing", [False, True])
+def test_a_link_is_replaced_and_what_it_names_stays(tmp_path, missing):
+    target = tmp_path / "precious.csv"
+    if not missing:
+        target.write_text(OLD)
+    (link := tmp_path / "link.csv").symlink_to(target)
+    write_text(link, NEW)
+    assert not link.is_symlink()
+    assert link.read_text() == NEW
+    assert (target.read_text() == OLD) if target.exists() else missing
+
+
+def test_standard_output_sent_to_a_file_is_written_through(tmp_path):
+    script = "from tyre.ground.files import write_text\nwrite_text('/dev/stdout', 'new')\n"
+    with (tmp_path / "t.txt").open("wb") as output:
+        subprocess.run([sys.executable, "-c", script], cwd=Path(__file__).parents[3], check=True, stdout=output)
+    assert (tmp_path / "t.txt").read_text() == "new"
+    assert Path("/dev/stdout").is_symlink()
 
 
 def test_a_device_is_written_and_not_replaced():
@@ -86,7 +104,7 @@ def test_a_folder_and_a_missing_folder_are_named(tmp_path):
     for folder in (tmp_path, "/", "."):
         with pytest.raises(IsADirectoryError, match="is a folder; give a file"):
             write_text(folder, NEW)
-    with pytest.raises(FileNotFoundError, match="no_folder/t.csv"):
+    with pytest.raises(FileNotFoundError, match="there is no folder .*no_folder; make it first: .*no_folder/t.csv"):
         write_text(tmp_path / "no_folder" / "t.csv", NEW)
 
 

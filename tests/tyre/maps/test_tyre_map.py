@@ -238,7 +238,10 @@ def test_one_measured_pressure_says_nothing_about_another() -> None:
     }
     tyre_map = TyreMap(synthetic(**part))
     assert tyre_map.at(load=350, pressure=5e5).origin == "interpolated"
-    refuses("pressure is 400000 Pa, but it was measured at 500000 Pa only", tyre_map.at, load=350, pressure=4e5)
+    refuses("pressure is 4 bar, but it was measured at 5 bar only", tyre_map.at, load=350, pressure=4e5)
+    gauge = tyre_map.at(load=350, pressure=73 * 6894.757293168)  # 73 psi, 5.03 bar: the same to a rig
+    assert gauge.relaxation_length == tyre_map.at(load=350, pressure=5e5).relaxation_length
+    assert gauge.origin == "interpolated"
     two = TyreMap(synthetic(**{name: values[:2] for name, values in part.items()}))
     assert any("too few conditions to estimate the misfit" in note for note in two.at(load=350, pressure=5e5).notes)
     refuses("no condition asked for", tyre_map.joint, [])
