@@ -1,7 +1,7 @@
 """Disturbances of an ordinary ride: torques and forces that are not recorded, and a rider who steers.
 
-Each input has a spectrum S(f) = a^2 [((1 + 1/c^2) / (1 + (f/c)^2))^p + d / f^2], one-sided, with a size a, a corner c
-in Hz, a power p and a slow part d, as of a rider who follows a road. The rider's torque on the handlebar, beside that
+Each input has a spectrum S(f) = a^2 [((1 + 1/c^2) / (1 + (f/c)^2))^p + d (1 + b^2) / (f^2 + b^2)], one-sided, with a size
+a, a corner c in Hz, a power p and a slow part d, as of a rider who follows a road, b = 0.1 Hz. The rider's torque on the handlebar, beside that
 of the spectrum, is that of the arms and that of the muscles, T = -(k steer + d steer rate) - M(s) (gains on lean, its
 rate, steer and its rate) with the second-order lag M = w^2 / (s^2 + 2 zeta w s + w^2) of Schwab, de Lange, Happee &
 Moore (2013, Multibody System Dynamics), whose zeta is 0.707; two lags one after the other have a larger one.
@@ -26,6 +26,7 @@ SIZE_SPREAD, CORNER_SPREAD, POWER_SPREAD = 2.0, 1.0, 1.0  # prior sd: logarithms
 OF_INPUT = ("size", "corner", "power", "slow part")
 """Numbers of the spectrum of an input."""
 SLOW_PART, SLOW_PART_SPREAD = 0.01, 2.0  # prior median of the slow part at 1 Hz, in squares of the size; sd of its log
+SLOW_CORNER = 0.1  # Hz, below which the slow part is level: a road has few bends longer than 10 s
 CORNER, POWER = 1.0, 1.0  # prior median of the corner, Hz; prior mean of the power
 ANSWERED = ("lean", "lean_rate", "steer", "steer_rate")
 GAINS = (40.0, 20.0, 60.0, 4.0)  # prior sd, N m/rad and N m s/rad: half of what rider_control calls typical
@@ -150,7 +151,8 @@ class Disturbances:
         fall = np.log1p(1 / corner**2) - np.log1p(squared)
         by_corner = 2 * squared / (1 + squared) - 2 / (1 + corner**2)
         quick = np.exp(np.clip(power * fall, -LARGEST, LARGEST))
-        slow = SLOW_PART * np.exp(np.clip(SLOW_PART_SPREAD * x[..., 3], -FARTHEST, FARTHEST)) / hertz[..., None] ** 2
+        slow = SLOW_PART * np.exp(np.clip(SLOW_PART_SPREAD * x[..., 3], -FARTHEST, FARTHEST))
+        slow = slow * (1 + SLOW_CORNER**2) / (hertz[..., None] ** 2 + SLOW_CORNER**2)
         share = quick / (quick + slow)
         logarithm = 2 * size + np.log(quick + slow)
         by_quick = [CORNER_SPREAD * power * by_corner * share, POWER_SPREAD * fall * share]

@@ -82,7 +82,7 @@ def test_a_density_is_that_of_the_docstring():
     corner, power = 1.0, 1.0
     shape = ((1 + 1 / corner**2) / (1 + (hertz / corner) ** 2)) ** power
     density = disturbances.densities(z, hertz)
-    assert density[..., 0] == pytest.approx(0.3**2 * (shape + 0.01 / hertz**2))
+    assert density[..., 0] == pytest.approx(0.3**2 * (shape + 0.01 * 1.01 / (hertz**2 + 0.01)))
     z[0, 0] = 0.5  # half a prior sd of the logarithm of the size
     assert disturbances.densities(z, hertz)[..., 0] == pytest.approx(np.exp(2 * 0.5 * 2.0) * density[..., 0])
 
