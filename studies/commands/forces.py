@@ -96,15 +96,13 @@ def _targets(out: Path | None, *, force: bool) -> list[Path]:
 
 
 def _print(forces: Any) -> None:
-    from studies.reporting.output import print_table
+    from studies.reporting.output import print_few, print_table
     from studies.rides import report
 
     for note in forces.notes:
         click.echo(f"note: {note}", err=True)
-    for line in report.segment_lines(forces):
-        click.echo(f"used: {line}")
-    for line in forces.left_out:
-        click.echo(f"left out: {line}")
+    print_few("used", report.segment_lines(forces))
+    print_few("left out", forces.left_out)
     click.echo("\nLargest lateral forces (± one standard uncertainty)")
     print_table(report.largest_rows(forces), report.HEADERS)
     click.echo()

@@ -138,7 +138,7 @@ def _identify_rides(texts: Sequence[str], channel_map: Any, start_hz: float | No
     from bicycle.identification.ride_recording import read_ride
     from bicycle.identification.ride_wobble import identify_wobble
     from studies.model_space.run_argument import ride_file_and_speed
-    from studies.reporting.output import print_table
+    from studies.reporting.output import print_few, print_table
     from studies.rides.wobble import HEADERS, notes_of_wobble, wobble_cells
     from tyre.ground.errors import InputError
     from tyre.recordings.draft import looking
@@ -153,8 +153,7 @@ def _identify_rides(texts: Sequence[str], channel_map: Any, start_hz: float | No
     for ride in rides:
         for note in ride.notes:
             click.echo(f"note: {ride.name}: {note}", err=True)
-        for sentence in ride.left_out:
-            click.echo(f"left out: {ride.name}: {sentence}")
+        print_few(f"left out: {ride.name}", [str(part) for part in ride.left_out])
         wobbles += identify_wobble(ride, start_hz=start_hz)
     for note in notes_of_wobble(wobbles):
         click.echo(f"note: {note}", err=True)

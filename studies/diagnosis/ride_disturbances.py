@@ -1,10 +1,12 @@
 """Disturbances of an ordinary ride: torques and forces that are not recorded, and a rider who steers.
 
-Each input has a spectrum S(f) = a^2 [((1 + 1/c^2) / (1 + (f/c)^2))^p + d (1 + b^2) / (f^2 + b^2)], one-sided, with a size
-a, a corner c in Hz, a power p and a slow part d, as of a rider who follows a road, b = 0.1 Hz. The rider's torque on the handlebar, beside that
-of the spectrum, is that of the arms and that of the muscles, T = -(k steer + d steer rate) - M(s) (gains on lean, its
-rate, steer and its rate) with the second-order lag M = w^2 / (s^2 + 2 zeta w s + w^2) of Schwab, de Lange, Happee &
-Moore (2013, Multibody System Dynamics), whose zeta is 0.707; two lags one after the other have a larger one.
+Each input has a spectrum S(f) = a^2 [((1 + 1/c^2) / (1 + (f/c)^2))^p + d (1 + b^2) / (f^2 + b^2)], one-sided, with a
+size a, a corner c in Hz, a power p and a slow part d, as of a rider who follows a road, b = 0.1 Hz. The rider's torque
+on the handlebar, beside that of the spectrum, is that of the arms and that of the muscles, T = -(k steer + d steer
+rate) - M(s) (gains on lean, its rate, steer and its rate) with the second-order lag M = w^2 / (s^2 + 2 zeta w s + w^2)
+of Schwab, de Lange, Happee & Moore (2013, Multibody System Dynamics), whose zeta is 0.707; two lags one after the other
+have a larger one.
+
 These numbers are a ride's own and not stated. They have normal priors, which are judgements, and are integrated
 out of what is fitted.
 """

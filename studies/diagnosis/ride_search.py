@@ -15,7 +15,7 @@ from studies.diagnosis.ride_model import Fitted, Gains, Rides
 from studies.diagnosis.whitening import Marginal, integrate_starts_out
 from tyre.ground.arrays import Array, Complex
 
-UNSTABLE = 0.0  # 1/s: a ride of minutes whose motion grows is none, though spectra hardly tell a growth from a decay
+SLOW, DRIFT = 0.6, 0.05  # rad/s and 1/s: what is slower than any frequency that was measured decays at least so fast
 CHANGES = np.outer([1, -1], [0.05, 0.1, 0.2, 0.5, 1.0, 2.0]).ravel()  # prior sd, of one number of a rider
 DEMERIT = 20.0  # of a misfit, of disturbances that make the bicycle unstable
 RIDERS, MOST_DRAWN = 8, 4000  # riders who hold the bicycle from whom a search begins, and most draws for them
@@ -43,13 +43,13 @@ class OpenLoops:
         poles: Complex = np.linalg.eigvals(np.where(finite[:, None, None], closed, 0.0)).astype(complex)
         return np.where(finite[:, None], poles, np.inf)
 
-    def growth(self, loop: Disturbances, z: Array, rides: NDArray[np.intp]) -> Array:
-        """Largest growth (m,), 1/s, of :meth:`poles`."""
-        return np.asarray(self.poles(loop, z, rides).real.max(1))
-
     def hold(self, loop: Disturbances, z: Array, rides: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Whether the ``rides`` (m,) are stable under disturbances ``z`` (m, k): a ride that lasts for minutes is."""
-        return np.asarray(self.growth(loop, z, rides) < UNSTABLE)
+        """Whether the ``rides`` (m,) are stable under disturbances ``z`` (m, k): a ride that lasts for minutes is.
+
+        Spectra hardly tell a growth from a decay, and nothing of what is slower than :data:`SLOW`.
+        """
+        poles = self.poles(loop, z, rides)
+        return np.asarray((poles.real < np.where(np.abs(poles) < SLOW, -DRIFT, 0.0)).all(1))
 
 
 def steady_riders(loop: Disturbances, loops: OpenLoops, z: Array) -> Array:

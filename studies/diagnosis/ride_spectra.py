@@ -71,6 +71,7 @@ def _with_nothing(slopes: Complex) -> Complex:
 
 
 FAR_OFF = 12.0  # prior sd: no disturbance is sought further off
+BAD = 2.0  # misfit a number of a ride, above which other riders are sought for a bicycle with other effects
 EASIER = (0.003, 0.03, 0.3)  # shares of the misfit, one after the other, by which a search from far away begins
 EVERY = 10  # accepted points of a fit, at one of which riders are sought anew
 
@@ -321,10 +322,16 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         return Settled(fitted, integrate_disturbances_out(fitted))
 
     def _search_anew(self, candidates: Candidates, theta: Array, loops: OpenLoops) -> Fitted:
-        """Rides with the best disturbances from riders who are drawn and from those of the last fit."""
+        """Rides with the best disturbances, from those of the last fit; riders are drawn where these fit badly."""
         gains = self.gains(candidates, theta, slopes=False)
         usual = np.zeros((len(self.speeds), len(self.rides.disturbances.names)))
         led = steady_riders(self.rides.disturbances, loops, self._latest[0][2].z if self._latest else usual)
+        if self._latest:
+            holds = partial(loops.hold, self.rides.disturbances, rides=self._every_ride)
+            fitted = Fitted(self.rides, gains, self.rides.settle(gains, led, turns=FEW_TURNS, holds=holds))
+            if (fitted.objective < BAD * fitted.residual.shape[1]).all() and holds(fitted.z).all():
+                return fitted
+            led = fitted.z
         return most_probable(loops, search_from(self.rides, gains, loops, self._riders.who_hold(loops), led[None]))
 
     def closed_loop_poles(self, candidates: Candidates, theta: Array, z: Array) -> list[Complex]:

@@ -106,9 +106,9 @@ def notes_of(judgements: Sequence[Judged]) -> Iterator[str]:
         )
 
 
-def with_sd(value: float, sd: float) -> str:
-    """``-1.052 ± 0.031``: a ``value`` with its ``sd`` in any one unit, three places or as many as show two digits."""
-    places = max(3, 1 - math.floor(math.log10(sd))) if math.isfinite(sd) and sd > 0 else 3
+def with_sd(value: float, sd: float, *, places: int = 3) -> str:
+    """``-1.052 ± 0.031``: a ``value`` with its ``sd`` in any unit, with ``places`` or as many as show two digits."""
+    places = max(places, 1 - math.floor(math.log10(sd))) if math.isfinite(sd) and sd > 0 else places
     return f"{value:.{places}f} ± {sd:.{places}f}"
 
 

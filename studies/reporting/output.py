@@ -126,6 +126,19 @@ def critical_table(critical: Sequence[Any]) -> "pd.DataFrame":
     return pd.DataFrame(rows, columns=columns)
 
 
+MOST_LINES = 6
+"""Lines of one kind that a screen shows before the rest is counted."""
+
+
+def print_few(label: str, lines: Sequence[str]) -> None:
+    """Print ``lines`` of one kind behind their ``label``; of many the first, and how many more there are."""
+    shown = lines if len(lines) <= MOST_LINES else lines[: MOST_LINES - 1]
+    for line in shown:
+        click.echo(f"{label}: {line}")
+    if len(lines) > len(shown):
+        click.echo(f"{label}: {len(lines) - len(shown)} more")
+
+
 def print_table(rows: Sequence[Sequence[Any]], headers: Sequence[str]) -> None:
     """Print ``rows`` under ``headers``; numbers with four digits, text as it is, missing values as a dash."""
     from tabulate import tabulate

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from studies.motion.free_decays import with_sd
 from studies.rides.estimate import LINEAR_SHARE, TRUSTED, WHEELS, RideForces
 from studies.rides.forces import SegmentForces
 from tyre.ground.arrays import Array
@@ -29,9 +30,9 @@ def largest_rows(forces: RideForces) -> list[list[str]]:
                     name,
                     segment.name,
                     f"{segment.time[place]:.2f}",
-                    f"{segment.force[wheel, place]:.0f} ± {segment.force_sd[wheel, place]:.1f}",
-                    f"{slip:.2f} ± {slip_sd:.2f}",
-                    f"{100 * share:.0f} ± {100 * share_sd:.0f} %",
+                    with_sd(segment.force[wheel, place], segment.force_sd[wheel, place], places=0),
+                    with_sd(slip, slip_sd, places=2),
+                    f"{with_sd(100 * share, 100 * share_sd, places=0)} %",
                 ]
             )
     return rows
@@ -89,7 +90,7 @@ def narrowed_rows(forces: RideForces) -> list[list[str]]:
     if forces.goodness < TRUSTED:
         return []
     return [
-        [one.name, one.unit, f"{one.stated:.4g} ± {one.stated_sd:.2g}", f"{one.value:.4g} ± {one.sd:.2g}"]
+        [one.name, one.unit, with_sd(one.stated, one.stated_sd, places=0), with_sd(one.value, one.sd, places=0)]
         for one in forces.narrowed
     ]
 
