@@ -168,7 +168,7 @@ def one_case(seed: int, job: str, cell: str, number: int) -> Row:
         case = draw_case(cell, seed, number)
         measurement = read_measurement(str(write_case(case, folder)))
         if job == "names":
-            found = diagnose(measurement, quick=True)
+            found = diagnose(measurement)
             row["verdict"], row["named"] = found.verdict.verdict, named(found)
             return
         estimate(measurement.prepare(), row)
