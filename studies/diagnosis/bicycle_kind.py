@@ -244,8 +244,7 @@ def without_motors(content: Mapping[str, Any], common: Mapping[str, Any]) -> tup
         return dict(common), (f"{names}: acts in addition to the recorded steer torque ({MOTOR_IN_TORQUE} = false)",)
     motorless = Model(model.bicycle, tuple(effect for effect in model.effects if effect.identifier not in motors))
     uncertainty = {key: sd for key, sd in common["uncertainty"].items() if key.split(".")[0] not in motors}
-    note = (
-        f"{names}: removed from the base model, as the recorded steer torque is assumed to include it; write "
-        f"{MOTOR_IN_TORQUE} = false where it does not, as in what `velotyre simulate` writes"
-    )
+    note = f"{names}: removed from the base model, as the recorded steer torque is assumed to include it"
+    if content:  # of a measurement file; a command has no such key
+        note += f"; write {MOTOR_IN_TORQUE} = false where it does not, as in what `velotyre simulate` writes"
     return {**common, "model": motorless, "uncertainty": uncertainty}, (note,)

@@ -105,6 +105,16 @@ def test_a_recorded_steer_torque_of_a_rider_is_used(folder, forces):
     assert np.sqrt(((known - blind) ** 2).mean()) < 0.5 * np.sqrt((blind**2).mean())
 
 
+def test_a_motor_is_taken_out_without_an_option_that_does_not_exist(folder):
+    table = pd.read_csv(folder / "ride.csv")[:1100]
+    table["steer_torque_N_m"] = np.random.default_rng(6203).standard_normal(len(table))
+    table.to_csv(folder / "motor.csv", index=False)
+    (folder / "motor.toml").write_text(MODEL + "[effects.steer_assist]\ngain = 2.0\n")
+    found = vt.ride_forces(folder / "motor.toml", (folder / "motor.csv", SPEED), steering="rider")
+    (note,) = [note for note in found.notes if "steer_assist" in note]
+    assert note.endswith("as the recorded steer torque is assumed to include it")
+
+
 def test_a_fast_recording_is_thinned_without_aliases():
     time = np.arange(0, 20, 1 / 2000)
     motion = 0.2 + np.sin(2 * np.pi * 3 * time)
