@@ -73,7 +73,7 @@ def _with_nothing(slopes: Complex) -> Complex:
 FAR_OFF = 12.0  # prior sd: no disturbance is sought further off
 BAD = 2.0  # misfit a number of a ride, above which other riders are sought for a bicycle with other effects
 EASIER = (0.003, 0.03, 0.3)  # shares of the misfit, one after the other, by which a search from far away begins
-EVERY = 10  # accepted points of a fit, at one of which riders are sought anew
+EVERY, SOON = 10, 4  # accepted points of a fit, at one of which riders are sought anew; the same where nobody holds it
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,7 +309,7 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
             if not fitted.gains.with_slopes:
                 fitted = Fitted(self.rides, self.gains(candidates, theta), fitted.z)
             holds = loops.hold(self.rides.disturbances, fitted.z, self._every_ride)
-            if next(self._looks) % EVERY == 0 or not holds.all():
+            if next(self._looks) % (EVERY if holds.all() else SOON) == 0:
                 steady = steady_riders(self.rides.disturbances, loops, fitted.z)
                 options = search_from(self.rides, fitted.gains, loops, self._riders.who_hold(loops), steady[None])
                 fitted = most_probable(loops, [fitted, *options])
@@ -359,7 +359,7 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
 
     @cached_property
     def _looks(self) -> Iterator[int]:
-        """Numbers of the looks for other disturbances, of which every third is taken in any case."""
+        """Numbers of the accepted points, at some of which riders are sought anew."""
         return count(1)
 
     @cached_property
