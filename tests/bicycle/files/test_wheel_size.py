@@ -28,6 +28,7 @@ def test_a_marking_is_read(marking):
         ("20", "406 mm (20 x a decimal such as 1.75); 451 mm (20 x 1 1/8, 20 x 1 1/4, 20 x 1 3/8); 419 mm"),
         ("700c", "the width is missing: 622 mm (700C)"), ("29er", "the width is missing: 622 mm"),
         ("650x47", "this may be several rims: 590 mm (650A); 584 mm (650B); 571 mm (650C)"),
+        ("24 x 1 1/8", "520 mm (24 x 1 1/8); 540 mm"), ("24 x 1 3/8", "540 mm (24 x 1 3/8); 547 mm"),
         ("26 x 1 3/8", "590 mm (26 x 1 3/8); 597 mm (26 x 1 3/8)"), ("28 x 1 3/8", "622 mm (28 x 1 3/8); 642 mm"),
         ("28-662", "no tyre is made for a rim of 662 mm, the nearest are 630, 635, 642, 686"),
         ("280-622", "give width and rim in mm"), ("700x280C", "a tyre 280 mm wide is outside 12 to 130 mm"),

@@ -13,6 +13,14 @@ from studies.diagnosis import Modal, ModalPoint, read_measurement
 TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}
 
 
+def test_a_point_read_otherwise_has_its_parts_and_their_uncertainties_scaled():
+    """As of a decay of the other sign and a frequency in Hz: 2 pi on the imaginary part and on its sd."""
+    turned = ModalPoint(5.0, "weave", -0.5 + 1.0j, (0.1, 0.03)).scale(real=-2.0, imag=2 * np.pi, speed=1 / 3.6)
+    assert turned.eigenvalue == pytest.approx(1.0 + 2j * np.pi)
+    assert turned.sd == pytest.approx((0.2, 0.06 * np.pi))
+    assert turned.speed == pytest.approx(5 / 3.6)
+
+
 def forward_at(model, speeds, mode="weave"):
     found = modes(model.linear_model(), speeds)
     shape = found.shape(mode).phasors
