@@ -111,6 +111,10 @@ def _choose_map(own: ChannelMap, common: ChannelMap | None) -> ChannelMap:
     return replace(common, **{name: part for name, part in parts.items() if part})
 
 
+SMALLEST = 1e-290
+"""Largest value, SI, of a channel below which ten to the power of its digits is no number."""
+
+
 def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | LateralStiffnessTest:
     """Turn one event (SI units, in the axes of the file) into rig data, checked."""
     # conversion leaves readings that were equal apart by rounding, and turning points hinge on ties
@@ -120,9 +124,9 @@ def rig_recording(record: Record, sidecar: Sidecar, path: Path) -> RigRun | Late
 
 
 def _round_channel(channel: Channel) -> Channel:
-    """Round to twelve digits of the largest value."""
+    """Round to twelve digits of the largest value; what is too small for numpy to round stays."""
     largest = float(np.nanmax(np.abs(channel), initial=0.0))
-    return channel if not 0.0 < largest < np.inf else np.round(channel, 11 - int(np.floor(np.log10(largest))))
+    return np.round(channel, 11 - int(np.floor(np.log10(largest)))) if SMALLEST < largest < np.inf else channel
 
 
 def write_csv(recording: RigRun | LateralStiffnessTest, path: str | Path) -> None:

@@ -168,6 +168,14 @@ def test_damaged_files_of_every_format_are_refused_in_words(tmp_path, ending):
         look(path)
 
 
+@pytest.mark.parametrize("force", [2.225073858507203e-309, 1e-300, 1e-12])
+def test_a_force_of_almost_nothing_is_read_without_a_warning(tmp_path, force):
+    """Ten to the power of the digits of the smallest numbers is no number."""
+    found = look(table(tmp_path / "a.csv", "slip [deg],Fy [N]", [(k % 9 - 4, force) for k in range(40)]))
+    curve = next(use for use in found.uses if use.name == "steady curve")
+    assert "lateral force does not follow the slip" in " ".join(curve.reasons)
+
+
 CELL = st.one_of(st.floats(-1e6, 1e6), st.sampled_from(["", "NaN", 0, 1, "x"]))
 NAMES = ["t [s]", "gyro_x [deg/s]", "Fy [N]", "Fz [N]", "slip [deg]", "steer torque [Nm]", "way [mm]", "U", "v [km/h]"]
 
