@@ -56,6 +56,7 @@ from studies.inference.quick import judge_quickly
 from studies.inference.rules import RULES, Rules
 from studies.inference.search import Hypotheses, drop_unsupported, exchange_effect, expand, fit_singles, reason_against
 from studies.inference.stability import Outcome, Stability, Variant, leading, outcome, stability, variants
+from studies.inference.starts import null_from
 from studies.inference.verdict import (
     Judged,
     Mimic,
@@ -127,6 +128,7 @@ __all__ = [
     "left_over",
     "log_normal",
     "minimise",
+    "null_from",
     "outcome",
     "parts_against_rest",
     "preflight",

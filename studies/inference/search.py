@@ -24,7 +24,7 @@ from studies.inference.fit import (
 from studies.inference.kind import Kind
 from studies.inference.parameter import Array, Candidate, hypothesis_name
 from studies.inference.rules import RULES
-from studies.inference.starts import preview_objective, select_starts, transfer_coordinates
+from studies.inference.starts import null_from, preview_objective, select_starts, transfer_coordinates
 from studies.inference.verdict import Reason
 
 Progress = Callable[[str], None]
@@ -209,8 +209,7 @@ def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
         else:
             starts = select_starts(kind, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
         fits.append(fit_hypothesis(kind, (candidate,), starts, turns=_iteration_limits(kind)))
-    hypotheses = Hypotheses(null, tuple(fits), kind)
-    return _retry_poor_fits(hypotheses)
+    return _retry_poor_fits(Hypotheses(null_from(null, fits, kind), tuple(fits), kind))
 
 
 def refit_all(kind: Kind, hypotheses: Hypotheses, progress: Progress) -> Hypotheses:

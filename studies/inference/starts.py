@@ -5,9 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from studies.inference.fit import Fit, prior, spread
+from studies.inference.fit import Fit, fit, prior, spread
 from studies.inference.kind import Kind
 from studies.inference.parameter import Array, Candidate
+
+WORTH_A_FIT = 1.0
+"""Decrease of the objective that shows another optimum: a search ends closer than that to its own."""
 
 
 def preview_objective(kind: Kind, parent: Fit, candidate: Candidate) -> float:
@@ -47,3 +50,15 @@ def transfer_coordinates(part: Fit, candidates: Sequence[Candidate]) -> Array:
         lacking = c.starts[0]
         theta.append(part.theta[part.columns(c)] if c.identifier in part.identifiers else np.asarray(lacking))
     return np.concatenate(theta)
+
+
+def null_from(null: Fit, fits: Sequence[Fit], kind: Kind) -> Fit:
+    """The ``null``, or what the parameters of the best of the ``fits`` lead to without its effect, if that is lower.
+
+    A search may end at another optimum; an effect must not get the credit of a better one.
+    """
+    best = min((f for f in fits if f.converged), key=lambda f: f.objective, default=null)
+    if best.objective > null.objective - WORTH_A_FIT:
+        return null
+    again = fit(kind, starts=[best.theta[: best.effect_columns.start]])
+    return again if again.objective < null.objective - WORTH_A_FIT else null
