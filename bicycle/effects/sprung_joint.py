@@ -179,7 +179,7 @@ class MovingBody(SprungJoint):
         return of_mass * self.mass, of_inertia * self.Ixx, of_inertia * self.Izz, of_inertia * self.Ixz
 
     def holder(self, bicycle: Mapping[str, float]) -> tuple[str, tuple[str, ...], tuple[float, ...]]:
-        """What holds the body in words, keys and numbers of its mass, x, z, Ixx, Izz and Ixz."""
+        """Name what holds the body, with keys and numbers of its mass, x, z, Ixx, Izz and Ixz."""
         keys = ("mB", "xB", "zB", "IBxx", "IBzz", "IBxz")
         return "rear frame", keys, tuple(bicycle[key] for key in keys)
 

@@ -44,7 +44,7 @@ class OpenLoops:
         return np.where(finite[:, None], poles, np.inf)
 
     def hold(self, loop: Disturbances, z: Array, rides: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Whether the ``rides`` (m,) are stable under disturbances ``z`` (m, k): a ride that lasts for minutes is.
+        """Tell which ``rides`` (m,) are stable under disturbances ``z`` (m, k): a ride that lasts for minutes is.
 
         Spectra hardly tell a growth from a decay, and nothing of what is slower than :data:`SLOW`.
         """
@@ -102,14 +102,14 @@ class RidersDrawn:
         return known[:RIDERS]
 
     def _holding(self, loops: OpenLoops, ride: int, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Those of the riders ``numbers`` who hold the bicycle of the ``ride``."""
+        """Select from the riders ``numbers`` those who hold the bicycle of the ``ride``."""
         if not len(numbers):
             return numbers
         return numbers[loops.hold(self._loop, self._all[numbers], np.full(len(numbers), ride))]
 
 
 def search_from(rides: Rides, gains: Gains, loops: OpenLoops, starts: Array, kept: Array) -> list[Fitted]:
-    """Rides fitted from several ``starts`` (S, R, k), of which the best go on, and from others that are ``kept``."""
+    """Fit rides from several ``starts`` (S, R, k), of which the best go on, and from others that are ``kept``."""
     tried = _settle(rides, gains, loops, starts, FIRST_TURNS) if len(starts) > KEPT else starts
     if len(starts) > KEPT:
         objectives = np.array([Fitted(rides, gains, z).objective for z in tried])
@@ -130,7 +130,7 @@ def _settle(rides: Rides, gains: Gains, loops: OpenLoops, starts: Array, turns: 
 
 
 def most_probable(loops: OpenLoops, options: Sequence[Fitted]) -> Fitted:
-    """Of each ride the fitted option of the least misfit; one that makes the bicycle unstable has a demerit."""
+    """Choose for each ride the option of the least misfit; one that makes the bicycle unstable has a demerit."""
     best = options[0]
     for other in options[1:]:
         better = _demerits(loops, other) < _demerits(loops, best) - WORTH

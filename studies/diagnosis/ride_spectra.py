@@ -205,7 +205,7 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         return {name: numbers[channels == name] for name in dict.fromkeys(channels.tolist())}
 
     def easier_problems(self) -> tuple["RideSpectra", ...]:
-        """The same with less of the misfit: what the file states then outweighs what a wrong rider asks for."""
+        """Count less of the misfit: what the file states then outweighs what a wrong rider asks for."""
         return tuple(replace(self, rides=replace(self.rides, share=share)) for share in EASIER)
 
     def misreadings(self) -> Iterator[tuple[str, "RideSpectra"]]:
@@ -294,14 +294,11 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         names = tuple(c.identifier for c in candidates)
 
         def settle() -> Settled:
-            loops = self.open_loops(candidates, theta)
+            loops, gains = self.open_loops(candidates, theta), self.gains(candidates, theta, slopes=False)
             if not self._latest or self._latest[0][0] != names:
-                return self._settled(self._search_anew(candidates, theta, loops))
+                return self._settled(self._search_anew(gains, loops))
             start = steady_riders(self.rides.disturbances, loops, self._start(theta))
-            holds = partial(loops.hold, self.rides.disturbances, rides=self._every_ride)
-            gains = self.gains(candidates, theta, slopes=False)
-            z = self.rides.settle(gains, start, turns=FEW_TURNS, holds=holds)
-            return self._settled(Fitted(self.rides, gains, z))
+            return self._settled(self._settle_near(gains, loops, start))
 
         settled = self._last_settled.get((names, theta.tobytes()), settle)
         if anew and not settled.anew:
@@ -321,15 +318,19 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
     def _settled(self, fitted: Fitted) -> Settled:
         return Settled(fitted, integrate_disturbances_out(fitted))
 
-    def _search_anew(self, candidates: Candidates, theta: Array, loops: OpenLoops) -> Fitted:
-        """Rides with the best disturbances, from those of the last fit; riders are drawn where these fit badly."""
-        gains = self.gains(candidates, theta, slopes=False)
+    def _settle_near(self, gains: Gains, loops: OpenLoops, start: Array) -> Fitted:
+        """Fit rides from disturbances ``start`` (R, k) that are nearly right; who holds the bicycle still does."""
+        holds = partial(loops.hold, self.rides.disturbances, rides=self._every_ride)
+        return Fitted(self.rides, gains, self.rides.settle(gains, start, turns=FEW_TURNS, holds=holds))
+
+    def _search_anew(self, gains: Gains, loops: OpenLoops) -> Fitted:
+        """Fit rides from the disturbances of the last fit; riders are drawn where these fit badly."""
         usual = np.zeros((len(self.speeds), len(self.rides.disturbances.names)))
         led = steady_riders(self.rides.disturbances, loops, self._latest[0][2].z if self._latest else usual)
         if self._latest:
-            holds = partial(loops.hold, self.rides.disturbances, rides=self._every_ride)
-            fitted = Fitted(self.rides, gains, self.rides.settle(gains, led, turns=FEW_TURNS, holds=holds))
-            if (fitted.objective < BAD * fitted.residual.shape[1]).all() and holds(fitted.z).all():
+            fitted = self._settle_near(gains, loops, led)
+            stable = loops.hold(self.rides.disturbances, fitted.z, self._every_ride)
+            if (fitted.objective < BAD * fitted.residual.shape[1]).all() and stable.all():
                 return fitted
             led = fitted.z
         return most_probable(loops, search_from(self.rides, gains, loops, self._riders.who_hold(loops), led[None]))
