@@ -12,6 +12,7 @@ from bicycle.equations.lateral import ModelBuilder
 from bicycle.parameters.front_hinge import critical_damping, hinge_at
 from bicycle.parameters.rigid_bodies import Body
 from tyre.ground.errors import InputError, is_number, shown
+from tyre.measured.plausible import Doubt
 
 DAMPING_RATIO = "damping_ratio"
 """Key of a sprung joint in place of its damping: share of critical damping."""
@@ -26,13 +27,13 @@ class StandIns:
     """Numbers that a model file may give in place of parameters of a joint."""
 
     damping_ratio = Parameter(
-        "1", "damping over critical damping, all else held", bounds=(0.0, 2.0), typical=(0.02, 0.4)
+        "1", "damping over critical damping, all else held", bounds=(0.0, 2.0), typical=(0.01, 0.5)
     )
     height_above_hub = Parameter(
         "m",
         "of the hinge, along the steer axis from its point nearest to the front hub",
         bounds=(-MOST_HEIGHT, MOST_HEIGHT),
-        typical=(0.2, 0.45),
+        typical=(0.2, 0.55),
     )
 
 
@@ -100,6 +101,14 @@ class SprungJoint(Effect):
     def table(self) -> dict[str, Any]:
         """As of any effect; what was given in place of a parameter stays as it was given."""
         return super().table | self.stand_ins
+
+    def doubts(self, reach: float = 1.0) -> dict[str, Doubt]:
+        """As of any effect, also about what was given in place of parameters."""
+        doubts = super().doubts(reach)
+        for name, number in self.stand_ins.items():
+            doubtful = STAND_INS[name][0].doubt(f"{self.identifier}.{name}", number, reach)
+            doubts |= {name: doubtful} if doubtful else {}
+        return doubts
 
     def __repr__(self) -> str:
         if not self.stand_ins:

@@ -95,3 +95,17 @@ def test_random_bicycles_keep_the_hinge_on_the_steer_axis():
 def test_a_wrong_height_is_refused(values, words):
     with pytest.raises(InputError, match=words):
         effect("front_compliance", stiffness=4000.0, **values)
+
+
+@pytest.mark.parametrize(
+    ("values", "doubted"),
+    [
+        ({}, set()),
+        ({"height_above_hub": -0.2}, {"height_above_hub"}),
+        ({"damping_ratio": 1.9}, {"damping_ratio"}),
+        ({"height_above_hub": 1.4, "damping_ratio": 1e-4}, {"height_above_hub", "damping_ratio"}),
+    ],
+)
+def test_what_stands_for_parameters_is_doubted_as_they_are(values, doubted):
+    hinge = {"stiffness": 4000.0, "height_above_hub": 0.31, "damping_ratio": 0.1} | values
+    assert set(effect("front_compliance", **hinge).doubts()) == doubted
