@@ -266,7 +266,8 @@ def draw_damping(study: Study, target: Path) -> None:
                 axes.set_ylim(low, high)
             row[0].set_ylabel(f"{mode.capitalize()} damping ratio")
         for axes, setup in zip(grid[0], setups, strict=True):
-            axes.set_title(case_words(setup).replace(", ", ",\n"), fontsize=8.5)
+            words = case_words(setup).replace(", ", ",\n").replace(" (assumed)", "\n(assumed)")
+            axes.set_title(words, fontsize=8.5)
         for axes in grid[-1]:
             axes.set_xlabel("Inflation pressure, bar")
             axes.set_xticks(sorted({case.pressure_bar for case in study.subject if case.pressures_bar}))
