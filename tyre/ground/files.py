@@ -5,7 +5,7 @@ import re
 import shutil
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
 from itertools import accumulate, chain, count, islice, takewhile
@@ -49,7 +49,8 @@ def replacing(target: str | Path) -> Iterator[Path]:
         raise
     finally:
         if not device:
-            part.unlink(missing_ok=True)
+            with suppress(OSError):  # a read-only disk refuses it even where there is none: the first error is the one
+                part.unlink()
 
 
 @contextmanager

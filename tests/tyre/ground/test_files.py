@@ -1,5 +1,6 @@
 """Files are written completely or not at all; TOML files and folders that are refused; ends of paths."""
 
+import errno
 import os
 import resource
 import stat
@@ -51,6 +52,20 @@ def test_a_disk_that_fills_up_leaves_the_old_file_and_is_named(tmp_path):
 def test_a_file_that_cannot_be_begun_is_named_as_asked(tmp_path):
     target = tmp_path / "missing" / "t.csv"
     with pytest.raises(FileNotFoundError) as found:
+        write_text(target, NEW)
+    assert found.value.filename == str(target)  # not the hidden part of it
+
+
+def test_a_file_on_a_read_only_disk_is_named_as_asked(tmp_path, monkeypatch):
+    """Such a disk refuses to write a file, and to remove one even where there is none."""
+
+    def refuses_to(path, *args, **settings):
+        raise OSError(errno.EROFS, "Read-only file system", str(path))
+
+    for action in ("open", "unlink"):
+        monkeypatch.setattr(Path, action, refuses_to)
+    target = tmp_path / "t.csv"
+    with pytest.raises(OSError, match="Read-only") as found:
         write_text(target, NEW)
     assert found.value.filename == str(target)  # not the hidden part of it
 
