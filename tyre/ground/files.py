@@ -53,6 +53,15 @@ def replacing(target: str | Path) -> Iterator[Path]:
                 part.unlink()
 
 
+def make_folder(folder: Path) -> None:
+    """Make a ``folder`` for results if it is missing; a file or a link that leads nowhere on the way is refused."""
+    for part in (*reversed(folder.parents), folder):
+        if os.path.lexists(part) and not part.is_dir():
+            what = "is a file" if part.exists() else "is a link that leads nowhere"
+            raise InputError(f"{part} {what}; give a folder for the results")
+    folder.mkdir(parents=True, exist_ok=True)
+
+
 @contextmanager
 def hold_folder(folder: Path, wait: Callable[[], None]) -> Iterator[None]:
     """Hold a file or ``folder`` during the block, if the system can; if another holds it, call ``wait``, then wait."""
