@@ -1,5 +1,6 @@
 """Hands on the handlebar: arms that move with it through a compliant grip."""
 
+import math
 from collections.abc import Mapping
 
 from bicycle.effects.effect import ANY, Effect, Parameter
@@ -18,7 +19,9 @@ class RiderHands(Effect):
     of frame and fork does not move the arms but through the grips.
     """
 
-    mass = Parameter("kg", "felt at both hands together", typical=(1.0, 14.0), default=4.5)
+    mass = Parameter(  # without it the angle of the arms has no inertia
+        "kg", "felt at both hands together", bounds=(1e-6, math.inf), typical=(1.0, 14.0), default=4.5
+    )
     half_width = Parameter("m", "half the distance of the hands", typical=(0.15, 0.4), default=0.21)
     x = Parameter("m", "hands, ahead of the rear contact", bounds=ANY, typical=(0.5, 1.1), default=0.85)
     z = Parameter("m", "hands, z down", bounds=(-3.0, 0.0), typical=(-1.2, -0.7), default=-0.95)

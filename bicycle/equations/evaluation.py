@@ -264,7 +264,7 @@ class Evaluator:
         shape = np.broadcast_shapes(*{a.shape for a in arguments})
         if all(a.size == 1 for a in arguments):
             arguments = [a[(0,) * a.ndim] for a in arguments]  # arithmetic of single numbers costs a fifth
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused where it is used
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):  # refused where it is used
             numbers = iter(function(*arguments))
         coefficients: dict[str, dict[int, Array]] = {kind: {} for kind in ("mass", "static_loads", *POLYNOMIALS)}
         for kind, power, (rows, columns), places in self._blocks:

@@ -18,7 +18,7 @@ from bicycle.effects.effect_registry import registry
 from bicycle.model.default_sd import ASSUMED, standard_deviations
 from bicycle.model.model import Model
 from bicycle.model.model_family import ModelFamily
-from bicycle.parameters.bicycle import LIGHTEST_RIDDEN, UNITS, UNUSED
+from bicycle.parameters.bicycle import LIGHTEST_RIDDEN, POSITIVE, UNITS, UNUSED
 from bicycle.parameters.parameter_covariance import ParameterKey, entries_of
 from bicycle.parameters.possible_inertia import FRAMES, bounds_beside, inertia_coordinates, is_rod
 from studies.diagnosis.family import TORQUES, feedback_key
@@ -27,7 +27,7 @@ from tyre.ground.errors import InputError, is_number, shown, unknown
 
 LEFT_OUT = "excluded by request"
 NO_CAUSE = "an empirical term, never a name: it is fitted to the remainder after the verdict"
-SINGULAR = 1e-2  # smallest coordinate, in prior scales, if zero is singular
+SINGULAR = 1e-2  # smallest coordinate if zero is singular, in prior scales; of the bicycle, in its value
 
 
 def find_candidates(
@@ -270,6 +270,8 @@ def nuisances(model: Model, stated_sd: Mapping[str, float]) -> tuple[tuple[Uncer
             unknowns.append(replace(u, lowest=lowest, coupling=inertias, place=places[key]))
         else:  # no lag becomes a lead, and no mass negative
             lowest, highest = declared.bounds if declared else bounds_beside(key, values)
+            if key in POSITIVE:  # the equations divide by it
+                lowest = SINGULAR * values[key]
             unknowns.append(replace(u, lowest=lowest, highest=highest))
     return tuple(unknowns), notes
 

@@ -63,9 +63,10 @@ def kinds() -> tuple[str, ...]:
 def top_keys(kind: type[Kind] | None) -> Table:
     """Keys of a file of this ``kind``; without one those of a bicycle."""
     words = text("must be words in quotes")
-    allowed = f"is not allowed; write one of {', '.join(map(repr, kinds()))}"
+    names = ", ".join(map(repr, kinds()))
+    allowed = f"is not allowed; write one of {names}"
     keys: dict[Any, Any] = {
-        needed("kind", f"kind = None {allowed}"): text(allowed, allowed=Kind.top),
+        needed("kind", f"kind is missing; write kind = one of {names}"): text(allowed, allowed=Kind.top),
         maybe("description", ""): words,
         maybe("source", ""): words,
     }

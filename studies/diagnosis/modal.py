@@ -246,7 +246,11 @@ def predict(family: Family, wanted: Wanted, theta: Array, *, slopes: bool = True
     matrices = MatrixSlopes(family, theta, wanted.speeds, slopes)
     system = matrices.system
     names = family.symbolic.outputs
-    values, right, left = eigensystem(system.dynamics[0], mass=matrices.mass)
+    try:
+        values, right, left = eigensystem(system.dynamics[0], mass=matrices.mass)
+    except np.linalg.LinAlgError:  # no equations: an effect of the user may divide by what a trial makes zero
+        shape, missing = (len(wanted.at), 1 + len(RATIOS)), complex(np.nan, np.nan)
+        return np.full(shape, missing), np.full((*shape, len(matrices.steps)), missing)
     chosen = match_roots(wanted, values)
     speed_index = wanted.at
 

@@ -26,7 +26,7 @@ from studies.inference.kind import Figure
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import write_page
 from studies.reporting.output import json_text
-from tyre.ground.files import slugs, write_text
+from tyre.ground.files import make_folder, slugs, write_text
 
 MOST = 6  # rows of a table: verdict.json has all
 STEPS = {"base": "nominal", "adjusted": "final", "without_effect": "nuisance_only", "effect_alone": "effect_alone"}
@@ -38,7 +38,7 @@ def write_report(diagnosis: Diagnosis, folder: Path, findings: Findings | None =
     """Write ``report.html``, ``verdict.json``, the figures and, of bicycles, the corrected models."""
     all_findings = find(diagnosis) if findings is None else findings
     verdict = json_text(record(diagnosis, all_findings))  # before anything is written: with a NaN, nothing is
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     write_text(folder / "verdict.json", f"{verdict}\n")
     attempt = Attempts()
     captions = draw_all(diagnosis, all_findings, folder, attempt)

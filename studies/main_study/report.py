@@ -27,6 +27,7 @@ from studies.main_study.tidy_tables import write_tables
 from studies.reporting.command_context import made_by
 from studies.reporting.markdown_text import render_file, write_page
 from studies.uncertainty.propagation import Quantity, differs
+from tyre.ground.files import make_folder
 from tyre.ground.units import PASCAL_PER_BAR
 
 PACKAGE = "studies.main_study"
@@ -49,7 +50,7 @@ SAMPLED = {
 
 def run_and_write(settings: Settings, folder: Path, *, workers: int = 1) -> tuple[Study, str, Path]:
     """Compute the study and write it into ``folder``; return it with its first screen and the HTML report."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     with spread(workers) as distribute:
         study = run_study(settings, distribute=distribute)
         write_tables(study, folder)

@@ -20,7 +20,7 @@ import click
 from studies.reporting.command_context import ARGUMENTS, version_of
 from studies.reporting.output import print_warnings
 from tyre.ground.errors import InputError
-from tyre.ground.files import files_below, hold_folder, left_by_a_killed_run, texts_in, write_text
+from tyre.ground.files import files_below, hold_folder, left_by_a_killed_run, make_folder, texts_in, write_text
 
 VERSIONS = ("velotyre", "numpy", "scipy", "sympy", "pandas", "matplotlib", "control")
 
@@ -33,13 +33,11 @@ def results(folder: Path) -> Iterator[None]:
     """
     if folder.resolve() == folder.resolve().parent:
         raise InputError(f"{folder} is a whole disk; give a folder for the results")
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder} is a file; give a folder for the results")
     context = click.get_current_context(silent=True)
     arguments = [] if context is None else context.meta.get(ARGUMENTS, [])
     named = [_entry(file, file.as_posix()) for file in inputs(arguments, outside=folder)]
     created = not folder.is_dir()
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     waiting = f"{folder}: another command is writing there; this one waits for its end"
     with hold_folder(folder, lambda: print_warnings([waiting])):
         folder.mkdir(exist_ok=True)  # the other one may have taken back what it had made

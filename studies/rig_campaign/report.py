@@ -14,7 +14,7 @@ from studies.reporting.markdown_text import code, render_file, write_page
 from studies.rig_campaign import figures as drawn
 from tyre.fits.campaign import Campaign, write_tables
 from tyre.fits.condition import ConditionResult, Key, keep_upright
-from tyre.ground.files import write_text
+from tyre.ground.files import make_folder, write_text
 from tyre.ground.text_table import write_csv
 from tyre.ground.units import PASCAL_PER_BAR
 from tyre.measured.properties import Estimate
@@ -33,7 +33,7 @@ def write_campaign(
     campaign: Campaign, out: Path, *, wheel_radius: float = 0.34, every_recording: bool = False
 ) -> list[Path]:
     """Write all results of a campaign into ``out``; return the files."""
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     written = [out / "conditions.csv", out / "recordings.csv", out / "conditions.json"]
     write_csv(written[0], campaign_table(campaign))
     write_csv(written[1], pd.DataFrame(_recording_rows(campaign)))

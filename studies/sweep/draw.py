@@ -12,6 +12,7 @@ from studies.sweep.speed_figures import draw_modes, draw_stability
 from studies.sweep.stored import CRITICAL, read_result
 from studies.sweep.varied import stability
 from tyre.ground.errors import InputError
+from tyre.ground.files import make_folder
 
 ALONG_SPEED = {"stability": ("eigenvalues", draw_stability), "modes": ("modes", draw_modes)}  # what else has it, figure
 
@@ -28,7 +29,7 @@ def draw_result(result: str | Path, folder: Path | None = None, *, at: float | N
     if not stored.reduced and not stored.possible.any():
         raise InputError(f"{stored.path.as_posix()}: all its bicycles are impossible; nothing to draw")
     at_speed = None if at is None or stored.reduced else stability(stored, at)  # refused before anything is drawn
-    drawn.folder.mkdir(parents=True, exist_ok=True)
+    make_folder(drawn.folder)
     if CRITICAL in stored.sweep.outputs:
         draw_critical_speeds(drawn)
     for family, (source, draw) in ALONG_SPEED.items():

@@ -16,7 +16,7 @@ from studies.sweep.labels import coordinates, inner_of
 from studies.sweep.specification import Sweep, differences
 from studies.sweep.worker import Arrays, stored_names
 from tyre.ground.errors import InputError
-from tyre.ground.files import replacing, write_text
+from tyre.ground.files import make_folder, replacing, write_text
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def open_parts(out: Path, sweep: Sweep) -> Parts:
             f"{folder.as_posix()} holds parts of another sweep; changed since: {changed}. "
             "To restart, remove that folder or choose another --out"
         )
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     parts = Parts(folder, usual_items(sweep))
     record = {"fingerprint": sweep.fingerprint, "items": parts.items, "made_of": sweep.made_of}
     write_text(mark, json.dumps(record, indent=1))

@@ -23,6 +23,7 @@ from tyre.ground.errors import InputError, refuse_unknown
 MOST_BICYCLES = 200_000  # bicycles of a larger sample that are drawn: the first of each cell, as random as the rest
 
 CRITICAL = "critical_speeds"
+LABELS = {"mode", "crossing_mode", "as_speed_grows"}  # dimensions whose labels numbers are looked up by
 
 
 class Stored:
@@ -139,6 +140,9 @@ def read_result(path: str | Path) -> Stored:
         raise InputError(f"{path.as_posix()}: there is no such result; {how}")
     with _refuse_damaged(path):
         data = open_data(path)
+        for name in LABELS & data.indexes.keys():
+            if not data.indexes[name].is_unique:  # a chunk of labels that is missing is read as empty ones
+                raise ValueError(f"labels of {name} are alike")
     names = [str(name).removesuffix("_imag") for name in data if str(name).endswith("_imag") and not path.is_dir()]
     data = data.assign({name: data[f"{name}_real"] + 1j * data[f"{name}_imag"] for name in names})
     try:

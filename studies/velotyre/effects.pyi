@@ -595,7 +595,7 @@ class RiderHands(Effect):
     Parameters
     ----------
     mass : float, kg, default 4.5
-        Felt at both hands together; typical 1 .. 14, allowed 0 .. inf.
+        Felt at both hands together; typical 1 .. 14, allowed 1e-06 .. inf.
     half_width : float, m, default 0.21
         Half the distance of the hands; typical 0.15 .. 0.4, allowed 0 .. inf.
     x : float, m, default 0.85

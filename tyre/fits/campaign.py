@@ -33,7 +33,7 @@ from tyre.formats import FORMATS
 from tyre.formats.channel_map import ChannelMap
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
-from tyre.ground.files import clear_of_killed_runs, files_below, read_toml, slugs, write_text
+from tyre.ground.files import clear_of_killed_runs, files_below, make_folder, read_toml, slugs, write_text
 from tyre.ground.units import PASCAL_PER_BAR
 from tyre.ground.workers import worker_pool
 from tyre.maps.contact_patch import log_curvature
@@ -369,7 +369,7 @@ def fit_campaign(
     settings = settings or FitSettings()
     files = recordings_in(folder, exclude=exclude)
     if cache_folder is not None:
-        cache_folder.mkdir(parents=True, exist_ok=True)
+        make_folder(cache_folder)
         clear_of_killed_runs(cache_folder)
     shared = {"settings": settings, "cache_folder": cache_folder, "channel_map": channel_map}
     tasks = [(path, path.relative_to(folder).as_posix().removesuffix(".toml"), shared) for path in files]

@@ -21,6 +21,7 @@ __getattr__, __dir__ = room(
             "data_root",
             "files_below",
             "left_by_a_killed_run",
+            "make_folder",
             "named_folder",
             "own_ends",
             "read_toml",

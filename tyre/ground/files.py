@@ -5,7 +5,7 @@ import re
 import shutil
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
 from itertools import accumulate, chain, count, islice, takewhile
@@ -49,7 +49,17 @@ def replacing(target: str | Path) -> Iterator[Path]:
         raise
     finally:
         if not device:
-            part.unlink(missing_ok=True)
+            with suppress(OSError):  # a read-only disk refuses it even where there is none: the first error is the one
+                part.unlink()
+
+
+def make_folder(folder: Path) -> None:
+    """Make a ``folder`` for results if it is missing; a file or a link that leads nowhere on the way is refused."""
+    for part in (*reversed(folder.parents), folder):
+        if os.path.lexists(part) and not part.is_dir():
+            what = "is a file" if part.exists() else "is a link that leads nowhere"
+            raise InputError(f"{part} {what}; give a folder for the results")
+    folder.mkdir(parents=True, exist_ok=True)
 
 
 @contextmanager

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from tyre.ground.errors import InputError, refuse_unknown
-from tyre.ground.files import write_text
+from tyre.ground.files import make_folder, write_text
 from tyre.ground.units import PASCAL_PER_BAR
 from tyre.recordings.recording import SIMULATED_NOTE, Channel, Condition, LateralStiffnessTest, RigRun
 from tyre.rig.effect import Channels, RigEffect, RigTyre, simulated_effects
@@ -216,7 +216,7 @@ def write_campaign_files(
     protocol = protocol or Protocol()
     refuse_unknown("format", [plan.file_format], ("csv", "tdx", "mixed"))
     refuse_unknown("surface", plan.surfaces, ("flat", "drum"))
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     if any(path.suffix in (".csv", ".tdx") for path in folder.iterdir()):
         raise InputError(f"{folder}: already holds recordings; give an empty folder")
     written: list[Path] = []

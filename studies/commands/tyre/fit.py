@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from studies.model_space.channel_options import chosen_map, takes_channels
-from studies.model_space.command_options import FINITE, LENGTH, PATH, WORKERS
+from studies.model_space.command_options import LENGTH, PATH, WORKERS, Number
 from studies.reporting.command_context import example
 from tyre.ground.errors import InputError
 
@@ -15,8 +15,11 @@ if TYPE_CHECKING:
     from tyre.fits.campaign import Campaign
 
 
-def _percent(name: str, default: float, words: str) -> Callable[[Any], Any]:
-    return click.option(name, type=FINITE, default=default, show_default=True, help=f"{words}, %.")
+GAIN, SHARE = Number(0, 50), Number(0, 100, above=True)  # %
+
+
+def _percent(name: str, default: float, words: str, kind: Number = GAIN) -> Callable[[Any], Any]:
+    return click.option(name, type=kind, default=default, show_default=True, help=f"{words}, %.")
 
 
 @click.command(epilog=example("velotyre tyre fit campaign --out fit"))
@@ -35,7 +38,7 @@ def _percent(name: str, default: float, words: str) -> Callable[[Any], Any]:
 @_percent("--slip-calibration", 0.3, "Standard uncertainty of the slip gain")
 @_percent("--gauge-calibration", 0.2, "Standard uncertainty of the dial gauges")
 @_percent("--repeatability", 1.0, "Standard deviation of one recording if there are no repeats")
-@_percent("--load-tolerance", 5.0, "Largest difference between measured and declared load")
+@_percent("--load-tolerance", 5.0, "Largest difference between measured and declared load", SHARE)
 @click.option(
     "--wheel-radius", type=LENGTH, default=0.34, show_default=True, help="Radius of the wheel with its tyre, m."
 )

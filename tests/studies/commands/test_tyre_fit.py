@@ -91,6 +91,9 @@ def test_simulate_refuses_nonsense(tmp_path, arguments, words, refused):
 def test_fit_refuses_nonsense(tmp_path, refused):
     missing = ["tyre", "fit", str(tmp_path / "none"), "--out", str(tmp_path / "o")]
     assert "no such folder" in refused(*missing)
-    assert "load tolerance = 2 must be above 0 and at most 1" in refused(*missing, "--load-tolerance", "200")
+    for name in ("--load-tolerance", "--force-calibration", "--slip-calibration", "--gauge-calibration"):
+        assert f"'{name}': 200: give a number" in refused(*missing, name, "200")  # per cent, as it was typed
+    assert "'--load-tolerance': 0: give a number above 0 up to 100" in refused(*missing, "--load-tolerance", "0")
+    assert "'--repeatability': 51: give a number from 0 up to 50" in refused(*missing, "--repeatability", "51")
     assert "must be from 0.05 to 1 m" in refused(*missing, "--wheel-radius", "7")
-    assert "force = -0.01 must be a relative standard uncertainty" in refused(*missing, "--force-calibration", "-1")
+    assert "'--force-calibration': -1: give a number from 0" in refused(*missing, "--force-calibration", "-1")

@@ -35,7 +35,7 @@ def histories(tmp_path, *, toml=HISTORY, head=RUN_HEAD, rows=None):
     (MODAL + "[surprise]\n", "unknown key 'surprise'"),
     (MODAL + "[uncertainty.nonsense]\n", r"\[uncertainty.nonsense\] is empty; write the 1-sigma of its parameters"),
     (MODAL.replace('"modal"', '"model"'), "kind = 'model' is not allowed"),
-    ('bicycle = "benchmark"\n', "kind = None is not allowed"),
+    ('bicycle = "benchmark"\n', "kind is missing; write kind = one of 'bench', "),
     ('kind = "modal"\nbicycle = "benchmark"\n', r"the table \[modal\] is missing"),
     (MODAL + "[histories]\n", r"the table \[histories\] does not belong here"),
     (MODAL.replace('bicycle = "benchmark"\n', ""), "the key 'bicycle' is missing"),

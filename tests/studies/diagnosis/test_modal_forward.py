@@ -8,7 +8,7 @@ from published_bicycle import weave
 
 from bicycle import Model, effect_class, load_bicycle
 from bicycle.stability import modes
-from studies.diagnosis import Modal, ModalPoint, read_measurement
+from studies.diagnosis import Modal, ModalPoint, diagnose, read_measurement
 
 TYRE = {"cornering_stiffness": {"rear": 6000.0, "front": 4500.0}, "relaxation_length": 0.1}
 
@@ -119,3 +119,25 @@ def test_it_can_be_sent_to_another_process_after_use(forward):
     residual, _ = forward.residual((), theta)
     again, _ = pickle.loads(pickle.dumps(forward)).residual((), theta)
     np.testing.assert_array_equal(again, residual)
+
+
+@pytest.mark.parametrize("key", ["rR", "rF", "w"])
+def test_a_fit_that_drives_a_length_to_zero_stops_before_it(forward, key):
+    """The equations divide by the wheel radii and the wheelbase: at zero they have no eigenvalues, and no traceback."""
+    names = [u.name for u in forward.nuisances]
+    assert forward.nuisances[names.index(key)].lowest > 0
+    theta = np.where(np.array(names) == key, 0.0, forward.nominal)
+    parts, slopes = forward.value_and_jacobian((), theta)
+    assert np.isnan(parts).all()
+    assert slopes.shape == (parts.size, theta.size)
+    assert np.isnan(slopes).all()
+
+
+def test_modes_far_from_those_of_the_bicycle_are_judged_without_a_traceback():
+    """With deviations ten times the usual a fit takes every length as far as it may go."""
+    points = tuple(ModalPoint(v, "weave", -30.0 + 60.0j * (v > 5), (0.01, 0.01)) for v in (4.5, 5.0, 5.5, 6.0, 7.0))
+    wide = {"rR": 0.1, "rF": 0.1, "w": 0.3, "IFyy": 0.1, "g": 0.9}
+    found = diagnose(
+        Modal(name="odd", model=Model(load_bicycle("benchmark")), points=points, uncertainty=wide), quick=True
+    )
+    assert np.isfinite(found.final.objective)

@@ -216,6 +216,8 @@ def test_refused(sample, tmp_path, refused):
     for chunk in (tmp_path / "chunk.zarr").glob("*/c/**/*"):
         if chunk.is_file():
             chunk.write_bytes(b"not compressed")
+    shutil.copytree(sample, tmp_path / "labels.zarr")
+    shutil.rmtree(tmp_path / "labels.zarr" / "crossing_mode" / "c")  # a missing chunk is read as empty labels
     plain = build_sweep({"model": MODEL, "outputs": ["parameters"], "grid": {"c": [0.05, 0.06]}})
     run_sweep(plain, tmp_path / "plain.zarr")
     for name, words in (
@@ -224,6 +226,7 @@ def test_refused(sample, tmp_path, refused):
         ("text.nc", "cannot be read as the result of a sweep"),
         ("empty.zarr", "cannot be read as the result of a sweep"),
         ("chunk.zarr", "cannot be read as the result of a sweep"),
+        ("labels.zarr", "labels of crossing_mode are alike"),
         ("foreign.zarr", "is not a result of 'velotyre sweep'"),
         ("plain.zarr", "holds nothing to draw (parameters; samples are not classed as stable or unstable"),
     ):

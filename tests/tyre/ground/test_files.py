@@ -1,5 +1,6 @@
 """Files are written completely or not at all; TOML files and folders that are refused; ends of paths."""
 
+import errno
 import os
 import resource
 import stat
@@ -17,6 +18,7 @@ from tyre.ground import (
     InputError,
     files_below,
     left_by_a_killed_run,
+    make_folder,
     named_folder,
     own_ends,
     read_toml,
@@ -55,6 +57,20 @@ def test_a_file_that_cannot_be_begun_is_named_as_asked(tmp_path):
     assert found.value.filename == str(target)  # not the hidden part of it
 
 
+def test_a_file_on_a_read_only_disk_is_named_as_asked(tmp_path, monkeypatch):
+    """Such a disk refuses to write a file, and to remove one even where there is none."""
+
+    def refuses_to(path, *args, **settings):
+        raise OSError(errno.EROFS, "Read-only file system", str(path))
+
+    for action in ("open", "unlink"):
+        monkeypatch.setattr(Path, action, refuses_to)
+    target = tmp_path / "t.csv"
+    with pytest.raises(OSError, match="Read-only") as found:
+        write_text(target, NEW)
+    assert found.value.filename == str(target)  # not the hidden part of it
+
+
 def test_a_killed_process_leaves_the_old_file(tmp_path):
     (target := tmp_path / "t.csv").write_text(OLD)
     script = (
@@ -65,6 +81,20 @@ def test_a_killed_process_leaves_the_old_file(tmp_path):
     assert done.returncode == -9
     assert target.read_text() == OLD
     assert [left_by_a_killed_run(name) for name in sorted(os.listdir(tmp_path))] == [True, False]
+
+
+@pytest.mark.parametrize("below", ["", "below/it"])
+def test_a_folder_for_results_where_a_file_or_a_dead_link_is(tmp_path, below):
+    (tmp_path / "file").write_text(OLD)
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    refuses("file is a file; give a folder for the results", make_folder, tmp_path / "file" / below)
+    for name in ("link", "loop"):
+        refuses(f"{name} is a link that leads nowhere; give a folder", make_folder, tmp_path / name / below)
+    (tmp_path / "real").mkdir()
+    (tmp_path / "way").symlink_to(tmp_path / "real")
+    make_folder(tmp_path / "way" / "a" / below)
+    assert (tmp_path / "real" / "a" / below).is_dir()
 
 
 def test_permissions_stay(tmp_path):
