@@ -23,6 +23,9 @@ from studies.inference.rules import RULES
 THOROUGH, GUIDE, ROUGH = (60, 60), (20, 20), (20, 7)
 """Most iterations of a fit, and of one that is still poor then: to its end, to show the way, to compare many."""
 
+LIGHTER = (1e-3, 3e-2)  # shares of a misfit that count at first, where a start is far off
+PATIENCE = {10.0: 5, 1.5: 8}
+"""Times the objective that is reached elsewhere, above which a fit is given up -> turns that gained less than 10 %."""
 PROBE = 0.1  # of a step: where the second derivative along it is taken
 
 Evaluate = Callable[..., tuple[Array, Array]]
@@ -139,7 +142,8 @@ def _given_up(
     poor = turns != THOROUGH and objective > 10.0 * count
     if not np.isfinite(decrement) or decrement < 1e-9 or (poor and decrement <= 1e-2 * objective):
         return True
-    if (poor and turn >= turns[1]) or (objective > 1.5 * reached and turn >= 8 and objective > 0.9 * past[-9]):
+    patience = next((turns_left for times, turns_left in PATIENCE.items() if objective > times * reached), turn + 1)
+    if (poor and turn >= turns[1]) or (turn >= patience and objective > 0.9 * past[-1 - patience]):
         return True
     # four turns gained next to nothing of what one step promises, beside values that are not finite
     crept = turn >= 4 and past[-5] - objective < 0.05 * decrement
@@ -359,8 +363,12 @@ def fit(
     nuisance_scale: float = 1.0,
     turns: tuple[int, int] = THOROUGH,
     patient: bool = False,
+    reached: float = math.inf,
 ) -> Fit:
-    """Fit nuisances and ``candidates`` from several ``starts`` (p,) to all or some ``rows`` (n,); the best end."""
+    """Fit nuisances and ``candidates`` from several ``starts`` (p,) to all or some ``rows`` (n,); the best end.
+
+    A start that hardly gains far above the objective that is ``reached`` already, here or by others, is given up.
+    """
     problem = _Problem(candidates, (*kind.nuisances, *(u for c in candidates for u in c.unknowns)), nuisance_scale)
     used = np.ones(len(kind.rows.places), bool) if rows is None else rows
     starts = starts or default_starts(kind, candidates)
@@ -369,9 +377,9 @@ def fit(
         led = problem.solve_easier(kind, x) if patient else []
         begins += [*led, x]  # what an easier problem leads to first: others are given up where they lag behind
     begins = drop_repeats(begins)
-    best = problem.end(kind, begins[0], used, turns)
+    best = problem.end(kind, begins[0], used, turns, reached=reached)
     for begin in begins[1:]:
-        end = problem.end(kind, begin, used, turns, reached=best.objective)
+        end = problem.end(kind, begin, used, turns, reached=min(reached, best.objective))
         best = min(best, end, key=lambda end: end.objective)
     return replace(problem.evidence(kind, best, used), begins=tuple(begins))
 
@@ -396,23 +404,36 @@ class _Problem:
         return np.maximum((lower - centre) / sd, -100.0), np.minimum((upper - centre) / sd, 100.0)
 
     def end(
-        self, kind: Kind, x: Array, used: NDArray[np.bool_], turns: tuple[int, int], *, reached: float = math.inf
+        self,
+        kind: Kind,
+        x: Array,
+        used: NDArray[np.bool_],
+        turns: tuple[int, int],
+        *,
+        reached: float = math.inf,
+        share: float = 1.0,
     ) -> End:
+        """The minimum to which ``x`` (p,) leads, with a ``share`` of the data's weight."""
         centre, sd = self.prior
+        weight = math.sqrt(share)
 
         def evaluate(z: Array, *, slopes: bool) -> tuple[Array, Array]:
             residual, jacobian = kind.residual(self.candidates, centre + sd * z, slopes=slopes)
-            return residual, jacobian * sd if slopes else jacobian
+            return weight * residual, weight * jacobian * sd if slopes else jacobian
 
         start = (x - centre) / sd
         return minimise(evaluate, start, *self.bounds, used, turns=turns, eager=kind.thorough, reached=reached)
 
     def solve_easier(self, kind: Kind, x: Array) -> list[Array]:
-        """Solve the easier problems in turn from ``x`` (p,); coordinates of the last end, empty if there is none."""
+        """Solve the easier problems in turn from ``x`` (p,); coordinates of the last end, empty if there is none.
+
+        A kind without any counts less of its misfit: what is stated of the parameters then leads the first steps.
+        """
         centre, sd = self.prior
         led = []
-        for easier in kind.easier_problems():
-            end = self.end(easier, x, np.ones(len(easier.rows.places), bool), GUIDE)
+        problems = [(easier, 1.0) for easier in kind.easier_problems()] or [(kind, share) for share in LIGHTER]
+        for easier, share in problems:
+            end = self.end(easier, x, np.ones(len(easier.rows.places), bool), GUIDE, share=share)
             if math.isfinite(end.objective):
                 x = centre + sd * end.z
                 led.append(x)
@@ -504,3 +525,8 @@ def compare_nuisances(null: Fit, final: Fit) -> tuple[Moved, ...]:
             )
         )
     return tuple(sorted(shifts, key=lambda m: -abs(m.shift)))
+
+
+def lowest_explaining(fits: Iterable[Fit]) -> float:
+    """Lowest objective of those ``fits`` that explain the data; infinite if none does."""
+    return min((f.objective for f in fits if f.fits_data), default=math.inf)

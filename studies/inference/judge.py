@@ -190,12 +190,14 @@ def _find_better_term(hypotheses: Hypotheses, leader: Fit) -> str:
     kind = hypotheses.kind.thin(RULES.thinned)
     terms = kind.directions()
     fits = [leader if kind is hypotheses.kind else fit(kind, leader.candidates, starts=[leader.theta])]
+    reached = fits[0].objective if fits[0].fits_data else math.inf
     for remaining in chain(*(combinations(leader.candidates, n) for n in range(len(leader.candidates)))):
         if all(c.mistake for c in leader.candidates if c not in remaining):
             continue
         for term in terms:
             if kind.compatible((*remaining, term)):
-                fits.append(fit(kind, (*remaining, term), starts=[transfer_coordinates(leader, (*remaining, term))]))
+                start = transfer_coordinates(leader, (*remaining, term))
+                fits.append(fit(kind, (*remaining, term), starts=[start], reached=reached))
     best = max(fits, key=hypotheses.log_posterior)
     if best is fits[0] or hypotheses.odds(best, fits[0]) <= RULES.likelier_odds * len(terms):
         return ""

@@ -1,5 +1,6 @@
 """Other readings of the data, in other units or of another sign, judged by the parameters alone before any search."""
 
+import math
 from dataclasses import dataclass
 
 from studies.inference.fit import GUIDE, fit
@@ -27,7 +28,7 @@ def preflight(kind: Kind) -> Misread | None:
     before = _objective_of_short_fit(kind)
     if before < RULES.misread * count:
         return None
-    objectives = {reading: _objective_of_short_fit(reread) for reading, reread in kind.misreadings()}
+    objectives = {reading: _objective_of_short_fit(reread, reached=before) for reading, reread in kind.misreadings()}
     best = min(objectives.values(), default=before)
     if before < RULES.collapse * best:
         return None
@@ -39,6 +40,6 @@ def preflight(kind: Kind) -> Misread | None:
     return Misread(tuple(reading for _, reading in readings), before / count, best / count)
 
 
-def _objective_of_short_fit(kind: Kind, *effect: Candidate) -> float:
+def _objective_of_short_fit(kind: Kind, *effect: Candidate, reached: float = math.inf) -> float:
     """Sum of squares, prior included, after a short fit; with an ``effect`` where one is given."""
-    return fit(kind, effect, turns=GUIDE if kind.thorough else FEW).objective
+    return fit(kind, effect, turns=GUIDE if kind.thorough else FEW, reached=reached).objective

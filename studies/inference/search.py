@@ -19,6 +19,7 @@ from studies.inference.fit import (
     Fit,
     default_starts,
     fit,
+    lowest_explaining,
     negligible_decrease,
 )
 from studies.inference.kind import Kind
@@ -161,9 +162,12 @@ class Hypotheses:
 
     def refit_with_wider_priors(self, leaders: Sequence[Fit]) -> "Hypotheses":
         """Hypotheses of null and ``leaders`` alone, refitted with RULES.wider times the prior sd of nuisances."""
-        null = fit(self.kind, starts=[self.null.theta], nuisance_scale=RULES.wider)
-        fits = [fit(self.kind, f.candidates, starts=[f.theta], nuisance_scale=RULES.wider) for f in leaders]
-        return Hypotheses(null, tuple(fits), self.kind)
+        reached = lowest_explaining((self.null, *self.fits))
+        fits = [
+            fit(self.kind, f.candidates, starts=[f.theta], nuisance_scale=RULES.wider, reached=reached)
+            for f in (self.null, *leaders)
+        ]
+        return Hypotheses(fits[0], tuple(fits[1:]), self.kind)
 
 
 def fit_hypothesis(
@@ -172,13 +176,14 @@ def fit_hypothesis(
     starts: Sequence[Array],
     *,
     turns: tuple[int, int] = THOROUGH,
+    reached: float = math.inf,
 ) -> Fit:
     """Fit a hypothesis from ``starts`` (p,), with a wider prior of one effect's sizes where that is more probable.
 
     The wider prior, for rare sizes, is tried if exactly one effect ended beyond the usual sizes.
-    ``turns`` are the limits of iterations, as of :func:`_iteration_limits`.
+    ``turns`` are the limits of iterations, as of :func:`_iteration_limits`; ``reached`` is as of :func:`fit`.
     """
-    usual_fit = fit(kind, candidates, starts=starts, turns=turns)
+    usual_fit = fit(kind, candidates, starts=starts, turns=turns, reached=reached)
     beyond = {name.split(".")[0] for name in usual_fit.sizes_beyond_usual()}
     usual = [c for c in candidates if c.identifier in beyond and all(u.widened == 1 for u in c.unknowns)]
     if len(beyond) != 1 or not usual or not math.isfinite(usual_fit.objective):
@@ -199,7 +204,7 @@ def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
     """
     progress("parameters only")
     null = fit(kind, patient=True)
-    fits = []
+    fits: list[Fit] = []
     for candidate in kind.candidates:
         progress(candidate.identifier)
         nominal = default_starts(kind, (candidate,))
@@ -208,7 +213,8 @@ def fit_singles(kind: Kind, progress: Progress) -> Hypotheses:
             starts += nominal[1:]
         else:
             starts = select_starts(kind, (candidate,), [*starts, *nominal[: len(starts)]], len(starts))
-        fits.append(fit_hypothesis(kind, (candidate,), starts, turns=_iteration_limits(kind)))
+        reached = lowest_explaining([null, *fits])
+        fits.append(fit_hypothesis(kind, (candidate,), starts, turns=_iteration_limits(kind), reached=reached))
     return _retry_poor_fits(Hypotheses(null_from(null, fits, kind), tuple(fits), kind))
 
 
@@ -310,12 +316,13 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
     if hypotheses.kind.costly:  # much data: the search on a part of them has found the softness
         return hypotheses
     objective_limit = hypotheses.null.objective - RULES.improved
+    reached = lowest_explaining((hypotheses.null, *hypotheses.fits))
     refits = []
     for f in hypotheses.fits:
         ladder = f.candidates[0].ladder
         if len(f.candidates) == 1 and ladder and f.objective < objective_limit:
             starts = [np.concatenate([hypotheses.null.theta, softness]) for softness in ladder]
-            refits.append(fit_hypothesis(hypotheses.kind, f.candidates, starts))
+            refits.append(fit_hypothesis(hypotheses.kind, f.candidates, starts, reached=reached))
     return hypotheses.adopt_better(refits)
 
 

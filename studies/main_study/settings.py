@@ -140,7 +140,7 @@ ASSUMED: Mapping[str, Assumed] = {
         SADDLE, DAMPING_RATIO, 0.2, (0.1, 0.5), "of the seated rider on the saddle, assumed; no measurement is public"
     ),
     "dry_friction": Assumed(
-        "steer_damper", "dry friction", 0.10, (0.05, 0.15), "N m, measured likewise; in the least bump alone"
+        "steer_damper", "dry friction", 0.10, (0.05, 0.15), "N m, measured likewise; in the smallest bump alone"
     ),
     "trail": Assumed(
         "pneumatic_trail",

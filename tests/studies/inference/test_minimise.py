@@ -56,8 +56,11 @@ def test_a_start_that_stalls_far_above_what_another_reached_is_given_up():
     whole, lowest = turns(np.inf)
     assert whole > 15  # until the damping forbids all steps
     assert turns(7000.0) == (whole, lowest)  # not far above it
-    given_up, objective = turns(50.0)
+    given_up, objective = turns(5000.0)
     assert 8 < given_up < 12
+    assert 9e3 < objective < 1e4
+    soon, objective = turns(50.0)  # more than ten times above it
+    assert 5 <= soon < 8
     assert 9e3 < objective < 1e4
 
 

@@ -203,3 +203,21 @@ def test_turns_are_kept_on_request(tmp_path):
     np.savetxt(file, table, fmt="%.5f", delimiter=",", header="time_s,roll_rate_rad_s,yaw_rate_rad_s", comments="")
     assert len(read_ride(file, 5.0).segments) == 2
     assert len(read_ride(file, 5.0, keep_turns=True).segments) == 1
+
+
+@pytest.mark.parametrize(("seconds", "lowest"), [(300.0, 0.03), (30.0, 0.2)])
+def test_spectra_begin_at_nine_periods_of_the_longest_segment(tmp_path, monkeypatch, seconds, lowest):
+    """Slow forces are the largest; which input made them is a guess below the lowest frequency of the spectra."""
+    time, rates = shaken(6202, seconds)
+    columns = "time_s,roll_rate_rad_s,yaw_rate_rad_s,steer_rate_rad_s"
+    np.savetxt(tmp_path / "ride.csv", np.column_stack([time, rates]), "%.6f", ",", header=columns, comments="")
+    asked = []
+
+    def stop(rides, *, lowest_hz, **how):
+        asked.append(lowest_hz)
+        raise vt.InputError("enough")
+
+    monkeypatch.setattr("studies.rides.estimate.spectra_of_rides", stop)
+    with pytest.raises(vt.InputError, match="enough"):
+        vt.ride_forces(vt.Model("benchmark", TYRE), (tmp_path / "ride.csv", SPEED))
+    assert asked == [pytest.approx(lowest, rel=0.01)]
