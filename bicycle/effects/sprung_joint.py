@@ -1,4 +1,4 @@
-"""Effects that are a sprung and damped joint: their parameters, what stands in for them, and bodies that they carry."""
+"""Effects that are a sprung and damped joint: their parameters, what may replace them, and the bodies they carry."""
 
 import math
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ class StandIns:
     """Numbers that a model file may give in place of parameters of a joint."""
 
     damping_ratio = Parameter(
-        "1", "damping over critical damping, all else held", bounds=(0.0, 2.0), typical=(0.01, 0.5)
+        "1", "damping over critical damping, every other part fixed", bounds=(0.0, 2.0), typical=(0.01, 0.5)
     )
     height_above_hub = Parameter(
         "m",
@@ -47,8 +47,8 @@ STAND_INS: dict[str, tuple[Parameter, tuple[str, ...]]] = {
 class SprungJoint(Effect):
     """An effect that is a joint with the parameters ``stiffness`` and ``damping``.
 
-    A joint that defines ``carried_inertia`` also takes ``damping_ratio``, the share of critical damping while all else
-    is held, in place of ``damping``.
+    A joint that defines ``carried_inertia`` takes ``damping_ratio`` in place of ``damping``: the share of
+    critical damping with every other part fixed.
     """
 
     stiffness: Any
@@ -73,7 +73,7 @@ class SprungJoint(Effect):
         self._given[DAMPING_RATIO] = float(ratio)
 
     def carried_inertia(self, values: Mapping[str, float]) -> float:
-        """Moment of inertia (kg m^2) about the joint of what it carries, all else held.
+        """Moment of inertia (kg m^2) about the joint of what it carries, every other part fixed.
 
         ``values`` holds the parameters of the bicycle, and those of the effect under their names, SI.
         """

@@ -383,7 +383,7 @@ class ModelBuilder:
         return coordinate
 
     def seat_rider(self, joint: Coordinate, body: str) -> None:
-        """Let parts of a rider hang on a ``joint`` and be taken out of the ``body`` that it carries."""
+        """Attach parts of a rider to a ``joint``; their mass is taken out of the ``body`` that it carries."""
         self.rider_joint, self.rider_body = joint.name, body
 
     def add_torque(self, coordinate: Coordinate, torque: Expression) -> None:

@@ -270,8 +270,12 @@ def unstable_roots(values: Complex) -> NDArray[np.intp]:
 
 
 def frequency_hz(eigenvalues: ArrayLike) -> Array:
-    """Damped frequency Im(z) / (2 pi), Hz, of eigenvalues in 1/s; 0 for a real root, below 0 for a lower half."""
-    return np.asarray(np.asarray(eigenvalues, complex).imag / (2 * np.pi))
+    """Damped frequency Im(z) / (2 pi), Hz, of eigenvalues in 1/s; 0 for a real root, below 0 for a lower half.
+
+    NaN where there is no eigenvalue, also if only its real part is NaN.
+    """
+    root = np.asarray(eigenvalues, complex)
+    return np.where(np.isnan(root), np.nan, root.imag / (2 * np.pi))
 
 
 def angular_frequency(hertz: ArrayLike) -> Array:

@@ -70,7 +70,7 @@ def front_words(parameters: Mapping[str, float]) -> dict[str, str]:
     -------
     dict
         ``front_compliance.joint_z``: its height above the front hub; ``front_compliance.damping`` and
-        ``fork_bending.damping``: the damping ratio, all else held. Those that the model has.
+        ``fork_bending.damping``: the damping ratio, every other part fixed. Only those that the model has.
     """
     words = {}
     if {f"front_compliance.{name}" for name in ("stiffness", "damping", "joint_x", "joint_z")} <= parameters.keys():

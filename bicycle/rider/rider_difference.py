@@ -27,7 +27,7 @@ def seated_rider(ridden: Bicycle, bare: Bicycle) -> dict[str, float]:
     Raises
     ------
     InputError
-        The bicycles differ in more than the rear frame, or what is left is no body.
+        The bicycles differ in more than the rear frame, or their difference is not a body.
     """
     for key, value in ridden.values.items():
         if key not in FRAME and abs(value - bare[key]) > SAME * max(abs(value), abs(bare[key])):
@@ -39,7 +39,7 @@ def seated_rider(ridden: Bicycle, bare: Bicycle) -> dict[str, float]:
     if ridden["mB"] <= frame.mass:
         raise InputError(
             f"bicycle {ridden.name!r} is not heavier than {bare.name!r} (mB = {ridden['mB']:g} and {frame.mass:g} kg), "
-            "so nobody rides it"
+            "so it carries no rider"
         )
     body = join([rear_frame(ridden.values), RigidBody(-frame.mass, frame.centre, -frame.inertia)])
     (xx, xz), (_, zz) = body.inertia[np.ix_((0, 2), (0, 2))]

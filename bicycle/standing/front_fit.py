@@ -1,4 +1,4 @@
-"""Front frame of a standing bicycle by weighted least squares: one hinge, two joints, or a hold that gives way.
+"""Front frame of a standing bicycle by weighted least squares: one hinge, two joints, or a compliant hold.
 
 Unknown are the logarithm of each stiffness, the height of the hinge above the hub and the time c/k, which is that of
 both joints: damping in proportion to stiffness (Rayleigh; one vibration shows one damping ratio only). Numbers of the

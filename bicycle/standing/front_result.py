@@ -1,4 +1,4 @@
-"""What readings of a standing bicycle say of its front frame: which hypothesis holds, and what was not checked."""
+"""Result of readings of a standing bicycle: which hypothesis of its front frame holds, and what was not checked."""
 
 import math
 from collections.abc import Mapping
@@ -32,12 +32,12 @@ PLAUSIBLE_HEIGHT = (0.05, 0.8)
 The hinge of a couple lies at 0.31 m in beam models of frame and fork, that of a force at the ground at 0.58 m.
 """
 LEAST_MOTION = 0.01
-"""Motion of the frame over that of the hub below which it counts as held."""
+"""Motion of the frame over that of the hub below which it is treated as held."""
 CERTAIN_MOTION = 1e-3
 """Probability of the readings of a held frame below which it was not held."""
 
 FAR_BETTER = 0.1
-"""Chi^2 over that of a held frame, below which a hold that gives way is named though it is not quite as assumed."""
+"""Chi^2 over that of a held frame, below which a compliant hold is named though it is not quite as assumed."""
 
 
 HARDLY_BETTER = 0.5
@@ -56,7 +56,7 @@ class Outcome(StrEnum):
     TWO_ANSWERS = "two_answers"  # two hinges fit alike
     NOT_HELD = "not_held"  # the frame moved
     RIDER_YAWS = "rider_yaws"  # one hinge, and the frame yaws under a seated rider
-    NOT_SEPARATE = "not_separate"  # front frame and seated rider cannot be told apart
+    NOT_SEPARATE = "not_separate"  # front frame and seated rider cannot be distinguished
     ODD_HINGE = "odd_hinge"  # one hinge fits where no front frame has it, and a second joint is not determined
     UNEXPLAINED = "unexplained"
 
@@ -111,7 +111,7 @@ class FrontResult:
 
     @property
     def damping_not_separate(self) -> bool:
-        """True if the damping of the front frame cannot be told from that of a seated rider."""
+        """True if the damping of the front frame cannot be separated from that of a seated rider."""
         fit = self.fit if self.outcome == Outcome.RIDER_YAWS else None
         key = f"{FRONT}.damping"
         return fit is not None and self.readings.damped and fit.sd(key) > POOR_DAMPING * fit.values[key]
@@ -127,7 +127,7 @@ class FrontResult:
 
 
 def measure_front(readings: Readings, model: Model, stated_sd: Mapping[str, float] | None = None) -> FrontResult:
-    """Find what readings of the bicycle of a ``model`` say of its front frame.
+    """Find the front frame of the bicycle of a ``model`` from readings on the standing bicycle.
 
     One hinge is taken unless the readings contradict it or put it where no front frame has one; then two joints, or a
     frame that was not held. A reading of the frame decides between these.
@@ -213,7 +213,7 @@ def is_plausible(fit: FrontFit) -> bool:
 def frame_motion(readings: Readings) -> FrameMotion | None:
     """Find how far the rear frame moved; None if it was not read.
 
-    Under a seated rider it may move in the taps, of which nothing is said here.
+    Under a seated rider it may move in the taps; this is not checked here.
     """
     shares, squares = [], []
     for deflection in readings.deflections:

@@ -3,9 +3,9 @@
 A load F at a place deflects the bicycle by q = (K + W)^-1 b F, and a gauge reads b' q, with the rows b of both places.
 After a tap it moves by the eigenvectors of M q'' + C q' + (K + W) q = 0. What is held are places and bodies whose
 displacement is a row r with r q = 0: those coordinates of the frame follow the others, q = N z, and N' M N is the mass
-of what is free. Held is the rear frame, or the rear wheel where the axle is held, or under a seated rider the point at
-which the rear tyre stands, which may also stand on a spring. A frame that is not held stands on springs at the point of
-the hold.
+of what is free. Held is the rear frame, or the rear wheel where the axle is held, or under a seated rider the
+contact of the rear tyre, which may have a lateral spring. A frame that is not held is supported by springs at the point
+of the hold.
 """
 
 import math

@@ -101,7 +101,7 @@ class Errors:
 class Readings:
     """Everything that was read on one bicycle with its rear frame held and its front wheel in the air.
 
-    Under a seated rider the rear wheel stands on the ground, and the frame yaws and leans with the rider in the taps.
+    Under a seated rider the rear wheel is on the ground, and the frame yaws and leans with the rider in the taps.
     Deflections are read with the frame held.
     """
 

@@ -27,9 +27,9 @@ from tyre.ground.text_table import Columns, read_columns
 GRAVITY = 9.81  # m/s^2, that turns a weight in kg into a load
 HOLDS = {
     "saddle and bottom bracket": "the frame is held at saddle and bottom bracket, as a rider holds it",
-    "dropouts": "the frame is held at the rear dropouts: the rear triangle gives way as well",
+    "dropouts": "the frame is held at the rear dropouts: the rear triangle is compliant as well",
     "frame clamped": "the frame is clamped",
-    "workstand": "a workstand gives way: read the frame as well",
+    "workstand": "a workstand is compliant: read the frame as well",
     "trainer": "the rear axle is held in a trainer",
     "rider seated": "a rider sits on the saddle, feet on the pedals: the frame yaws and leans with the rider",
 }

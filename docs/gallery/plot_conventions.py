@@ -45,7 +45,14 @@ arrow(
 side.annotate("", (w, 0.12), (0, 0.12), arrowprops={"arrowstyle": "<->", "color": "0.4"})
 side.text(w / 2, 0.18, "wheelbase w", ha="center", va="center", color="0.3", fontsize=9)
 side.annotate("", (foot, -0.04), (w, -0.04), arrowprops={"arrowstyle": "-", "color": "0.3", "lw": 3})
-side.text(foot + 0.32, -0.06, "trail c", color="0.3", fontsize=9)
+side.annotate(
+    "trail c",
+    ((foot + w) / 2, -0.03),
+    (foot + 0.3, -0.13),
+    color="0.3",
+    fontsize=9,
+    arrowprops={"arrowstyle": "-", "color": "0.3"},
+)
 side.text(
     head[0] - 0.03,
     head[1] - 0.06,

@@ -3,7 +3,8 @@ From knife edges to a measured tyre
 ===================================
 
 The same bicycle with wheels that cannot slip and with a measured racing tyre (Dell'Orto et al., Tyre1, flat track,
-5.5 bar, extrapolated to the benchmark's rear load): weave changes little, and a wobble mode exists.
+5.5 bar, extrapolated to the benchmark's rear load): weave changes little, and a wobble mode exists. Between 10.1 and
+11 m/s wobble and the vibration of the rear tyre veer: neither root is wobble alone, and the line has a gap.
 """
 
 import numpy as np

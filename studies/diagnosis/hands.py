@@ -35,8 +35,8 @@ from tyre.ground.arrays import Array
 from tyre.ground.schema import read
 
 ACTING = ("rider_arms", "rider_hands", "steer_damper", "steer_spring", "handlebar_bag")
-"""Effects that act on a handlebar that swings while the bicycle stands still."""
-NO_PART = "has no part in a steering that swings with the front wheel in the air"
+"""Effects that act on a handlebar that oscillates while the bicycle stands still."""
+NO_PART = "has no part in a steering that oscillates with the front wheel in the air"
 NO_AMPLITUDE = "needs ring-downs of two amplitudes and the column amplitude_deg: dry friction damps small ones most"
 DIFFERENT = 1.5  # largest amplitude over the smallest from which dry friction shows
 QUANTITIES = {"frequency": "frequency, Hz", "damping ratio": "damping ratio"}

@@ -63,8 +63,7 @@ def as_moved(m: Moved) -> dict[str, str]:
     elif unit == "rad":
         factor, unit = math.degrees(1.0), "deg"
     sd = factor * m.prior_sd
-    digits = max(0, 1 - math.floor(math.log10(sd)))
-    new_value, stated_value = (f"{factor * x:.{digits}f}" for x in (m.value, m.prior))
+    new_value, stated_value = (to_sd(factor * x, sd) for x in (m.value, m.prior))
     return {"now": new_value, "stated": stated_value, "sd": number(sd, 2), "unit": unit_of(unit)}
 
 
@@ -109,6 +108,17 @@ def number(value: float, digits: int) -> str:
         return f"{value:.{digits}g}"
     places = digits - 1 - math.floor(math.log10(abs(value)))
     return f"{round(value, places):.{max(places, 0)}f}"
+
+
+def to_sd(value: float, sd: float) -> str:
+    """A ``value`` to the second digit of its ``sd``, as :func:`number` prints that; to three digits without one."""
+    if not (math.isfinite(sd) and sd > 0):
+        return number(value, 3)
+    places = 1 - math.floor(math.log10(sd))
+    if 1e-4 <= sd < 1e7:
+        return f"{round(value, places):.{max(places, 0)}f}"
+    digits = places + math.floor(math.log10(abs(value))) + 1 if value else 1
+    return f"{value:.{max(digits, 1)}g}"
 
 
 def misfit(value: float) -> str:
@@ -177,7 +187,7 @@ def _environment(*, markdown: bool) -> Any:
 
     environment = make_environment("studies.diagnosis", escaped=markdown, trim_blocks=True, lstrip_blocks=True)
     names = (said, listed, plain_name, alternatives, term_name, upper_first)
-    filters = (*names, unit_of, probability, compared, percent, number, misfit, cells, as_moved, bar)
+    filters = (*names, unit_of, probability, compared, percent, number, to_sd, misfit, cells, as_moved, bar)
     environment.filters |= {filter_.__name__: filter_ for filter_ in filters}
     environment.filters |= {"line": _line, "cell": lambda text: Markup(cell(text))}
     environment.globals |= {"rules": RULES, "parameters": PARAMETERS, "far_ahead": FAR_AHEAD, "most_similar": 3}

@@ -18,7 +18,18 @@ from studies.diagnosis.correction import correction
 from studies.diagnosis.diagnose import Diagnosis
 from studies.diagnosis.figures import STORY, draw_story, residuals, titles_of_drawn_models
 from studies.diagnosis.findings import Attempts, Findings, Predicted, find
-from studies.diagnosis.labels import ADJUSTED, BASE, fate, number, render, sentence, titles, unit_of, without_number
+from studies.diagnosis.labels import (
+    ADJUSTED,
+    BASE,
+    fate,
+    number,
+    render,
+    sentence,
+    titles,
+    to_sd,
+    unit_of,
+    without_number,
+)
 from studies.diagnosis.residual import EFFECT, Residual
 from studies.diagnosis.residual_figure import CAPTION, draw_torque
 from studies.inference import RULES, Judgement, Named, Verdict
@@ -152,7 +163,7 @@ def named_rows(judgement: Judgement) -> list[list[str]]:
             plain = unit_of(e.units.get(name, "1"))
             unit = f"{plain} ({words[name]})" if name in words else plain
             sized = (
-                [f"{number(value, 4)}{unit}", f"± {number(sd, 2)}{plain}"]
+                [f"{to_sd(value, sd)}{unit}", f"± {number(sd, 2)}{plain}"]
                 if sd < abs(value)
                 else ["not determined", "-"]
             )

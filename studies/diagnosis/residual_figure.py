@@ -36,5 +36,5 @@ def draw_torque(torque: Residual, target: Path) -> bool:
             axes[0, i].set(title=f"{name} torque")
         for axis in axes.flat:
             if axis.get_legend_handles_labels()[0]:
-                axis.legend(fontsize=8)
+                axis.legend(fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")  # lines cross the text else
     return True

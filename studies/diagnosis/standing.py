@@ -44,7 +44,7 @@ NO_PART = "has no part in the deflections and vibrations of a front frame that s
 NO_RIM = "no deflection was read at the rim under a weight at the rim: no other reading loads rim and spokes"
 HELD_BAR = "the handlebar is held"
 RIGID_HZ = 200.0
-"""Frequency (Hz) of a front frame that does not give way at all: faster than any that is read."""
+"""Frequency (Hz) of a rigid front frame: faster than any that is read."""
 WIDER_DAMPING = (
     2.0  # sd of the logarithm of a damping: bare frames have a tenth of what riders and frames have together
 )
@@ -107,7 +107,7 @@ class StandingKind(BatchedKind, kind="standing"):
         return "" if self.readings.taps else "the frame is held while weights hang: only taps show the rider"
 
     def _rear_unseen(self) -> str:
-        """Reason why the rear triangle does not show; empty if it lies between the hold and the front."""
+        """Reason why the rear triangle does not show; empty if it lies between the hold and the front frame."""
         if self.readings.axle_held:
             return ""
         if self.readings.seated:
@@ -120,7 +120,7 @@ class StandingKind(BatchedKind, kind="standing"):
         return any(at_rim(d.loaded, radius) and at_rim(d.read, radius) for d in self.readings.deflections)
 
     def mistakes(self) -> tuple[Candidate, ...]:
-        """A hold that gives way: the frame stands on springs, or under a rider on a rear tyre."""
+        """A compliant hold: springs support the frame, or under a rider the rear tyre does."""
         if self.readings.seated:
             return (_rear_tyre(),)
         scale = 0.5 / HOLD_SOFTEST
@@ -141,8 +141,8 @@ class StandingKind(BatchedKind, kind="standing"):
                 "support",
                 (stiffness,),
                 fixed={SUPPORT[2]: share * self.model.bicycle["w"], SUPPORT[3]: -height},
-                signature="the rear frame moves with the front: soft in all readings, most above the hinge",
-                title="hold of the rear frame that gives way",
+                signature="the rear frame moves with the front frame: soft in all readings, most above the hinge",
+                title="compliant hold of the rear frame",
                 weight=SENSOR,
             ),
         )
@@ -239,7 +239,7 @@ class StandingKind(BatchedKind, kind="standing"):
 
     @cached_property
     def _rigid(self) -> Array:
-        """Numbers of a front frame that does not give way."""
+        """Numbers of a rigid front frame."""
         numbers = [0.0] * len(self.readings.deflections)
         for tap in self.readings.taps:
             numbers += [RIGID_HZ, 0.0, *(0.0 for _ in tap.ratios for _ in ("real", "imaginary"))]
@@ -247,7 +247,7 @@ class StandingKind(BatchedKind, kind="standing"):
 
 
 def _rear_tyre() -> Candidate:
-    """A rear tyre that gives way to the side under a seated rider."""
+    """A laterally compliant rear tyre under a seated rider."""
     scale = 0.5 / TYRE_SOFTEST
     stiffness = UncertainParameter("stiffness", "N/m", {TYRE: 1.0}, 0.0, scale, 1e-3 * scale, power=-1, size=True)
     damping = UncertainParameter("damping", "N s/m", {TYRE_DAMPING: 1.0}, math.log(TYRE_LOSS), 1.0, power=0)
@@ -255,7 +255,7 @@ def _rear_tyre() -> Candidate:
         "rear_tyre",
         (stiffness, damping),
         signature="the frame moves to the side over the rear contact: the saddle looks softer",
-        title="rear tyre that gives way to the side",
+        title="lateral compliance of the rear tyre",
         weight=SENSOR,
     )
 

@@ -55,7 +55,7 @@ def content_of(model: AnyModel) -> dict[str, Any]:
 
 
 def _beside_bicycle(model: Model) -> ParameterCovariance:
-    """What a model states of its parameters beside its bicycle: their covariance, and sd that stand alone."""
+    """Covariance of the parameters that a model states in addition to its bicycle's, with uncorrelated sd."""
     uncorrelated = {name: sd for name, sd in model.sd.items() if name not in model.covariance.names}
     together = [name for name in model.covariance.names if name not in model.bicycle.covariance.names]
     variances = [0.0] * len(together) + [sd**2 for sd in uncorrelated.values()]

@@ -414,7 +414,7 @@ def damping_figure(at: AtSpeed, palette: Palette) -> Figure:
         "standard uncertainty",
         "time",
     ]
-    stated = "error bars: one standard uncertainty (stated ones only)"
+    stated = "error bars: one stated standard uncertainty"
     subtitle = stated if at.uncertain else "no error bars: no uncertainty is stated"
     return figure(
         "damping",
@@ -473,7 +473,7 @@ def sensitivity_figure(ranking: Ranking, palette: Palette) -> Figure:
         palette,
         title=f"Sensitivity of {words} at {ranking.speed:.4g} m/s",
         below="for +1 standard uncertainty; hatched: destabilising",
-        xaxis={"title": {"text": "Change of real part, 1/s"}},
+        xaxis={"title": {"text": "Δ growth rate, 1/s"}},
         yaxis={"type": "category"},
         meta={"columns": columns, "rows": rows},
     )

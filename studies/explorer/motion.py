@@ -27,8 +27,9 @@ def mode_motion(state: State, at: AtSpeed) -> dict[str, Any]:
         outputs = {key: float(values[k]) for key, values in motion.outputs.items()}
         poses.append(drawing.pose(outputs, rolled=state.at * time))
     shape = at.named.shape(name)
-    rows = [
-        [part, float(shape.magnitude[part][0]), float(np.degrees(shape.phase[part][0]))] for part in shape.components
+    rows = [  # the phase of lean, from which the others count, is 0 but for rounding
+        [part, float(shape.magnitude[part][0]), round(float(np.degrees(shape.phase[part][0])), 6) + 0.0]
+        for part in shape.components
     ]
     return {
         "mode": name,

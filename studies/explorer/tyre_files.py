@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path, PureWindowsPath
 from tempfile import TemporaryDirectory
+from threading import Lock
 from typing import Any
 
 from studies.explorer.state import State, parse_state
@@ -38,6 +39,7 @@ class TyreFiles:
     def __init__(self) -> None:
         self._folder: TemporaryDirectory[str] | None = None
         self._places: dict[str, str] = {}
+        self._one_at_a_time = Lock()
 
     def names(self) -> list[str]:
         """List the names that an address may use."""
@@ -57,7 +59,11 @@ class TyreFiles:
         for file in sorted(files):
             parts += [hashlib.sha256(file.encode()).digest(), hashlib.sha256(files[file]).digest()]
         digest = hashlib.sha256(b"".join(parts)).hexdigest()[:_DIGITS]
-        key = f"{name}@{digest}"
+        with self._one_at_a_time:  # several may drop the same file at once
+            return self._keep(f"{name}@{digest}", files)
+
+    def _keep(self, key: str, files: Mapping[str, bytes]) -> str:
+        name, _, digest = key.rpartition("@")
         if key in self._places:
             self._places[key] = self._places.pop(key)  # the last of its name
             return key
@@ -71,7 +77,7 @@ class TyreFiles:
         try:
             with self.by_name():
                 read_tyre(place / name)
-        except InputError:
+        except BaseException:
             shutil.rmtree(place)
             raise
         self._places[key] = (place / name).as_posix()
@@ -80,7 +86,7 @@ class TyreFiles:
     def find(self, path: str) -> str | None:
         """Find the address's name of the last loaded file that is called as the path ``given``."""
         name = PureWindowsPath(path).name  # of a path of any system
-        keys = {shown_name(key): key for key in self._places if is_loaded(key)}
+        keys = {shown_name(key): key for key in list(self._places) if is_loaded(key)}
         return keys.get(name, keys.get(name.removesuffix(".toml") + ".csv"))  # a table may be named by its sidecar
 
     def read(self, name: str, surface: str | None) -> TyreSource:
@@ -94,7 +100,7 @@ class TyreFiles:
 
     def with_file_names(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """Replace the loaded tyres in the ``content`` of a model file by their file names, for another folder."""
-        named = {place: shown_name(key) for key, place in self._places.items() if is_loaded(key)}
+        named = {place: shown_name(key) for key, place in list(self._places.items()) if is_loaded(key)}
         return with_tyres(content, lambda name: named.get(name, name))
 
     def content(self, names: list[str]) -> dict[str, bytes]:

@@ -140,7 +140,7 @@ def guess_clock(signals: Signals) -> Guess | None:
         candidates.append(guess)
         columns.remove(guess.column)
     values = {name: signal.values for name, signal in signals.signals.items()}
-    rising = [name for name, x in values.items() if x.size > 1 and (np.diff(x) > 0).all()]
+    rising = [name for name, x in values.items() if x.size > 1 and (x[1:] > x[:-1]).all()]
     if not candidates:
         time_quantities = ("time", "datetime")
         timed = [c for c in signals.columns if c.name in rising and (quantity_of(c.unit) or c.unit) in time_quantities]

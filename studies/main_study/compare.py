@@ -356,7 +356,7 @@ class Amplitude:
 
 
 def amplitude(settings: Settings, case: TyreCase, setup: Setup) -> Amplitude:
-    """Follow the periodic motions of one case; find its maximum wobble amplitude, and the least bump that starts it."""
+    """Follow the periodic motions of one case; find its maximum wobble amplitude, and the bump that just starts it."""
     curves = curves_of({"effects": {LAW: dict(case.table)}})
     built = solution.model(settings, case.apply_to(setup), case.contact)
     span = Variant(settings, case.apply_to(setup), case.contact).wobble().span

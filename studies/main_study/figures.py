@@ -48,8 +48,8 @@ def _hatch_row(axes: Any, height: float, *, extrapolated: bool) -> None:
 
 def draw_headline(study: Study, target: Path) -> None:
     """Draw growth rate of wobble and weave over speed, a colour per pressure, and below the unstable speeds by case."""
-    with plotting.drawing(target, width=8.0, height=6.6) as canvas:
-        growth, bars = canvas.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2.2, 1)})
+    with plotting.drawing(target, width=8.0, height=7.0) as canvas:
+        growth, bars = canvas.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (2.2, 1.3)})
         _draw_growth(growth, study)
         _draw_cases(bars, study)
         _title(canvas, study, f" on {study.names[0]}", study.results_of(study.settings.reference, study.names[0]))
@@ -91,7 +91,7 @@ def _draw_growth(axes: Any, study: Study) -> None:
     unstable = axes.axhspan(0, 2 * highest, color=UNSTABLE, zorder=0, label="unstable")
     axes.axhline(0, color="0.2", linewidth=0.8)
     threshold = axes.axhline(
-        LIMITS.growth, color="0.2", linewidth=0.8, linestyle=":", label=f"counts as wobble: {LIMITS.growth:g} 1/s"
+        LIMITS.growth, color="0.2", linewidth=0.8, linestyle=":", label=f"wobble from {LIMITS.growth:g} 1/s"
     )
     axes.set(xlim=(1.0, study.settings.fastest), ylim=(1.06 * lowest, 1.15 * highest))
     axes.set_ylabel("Growth rate, 1/s")
@@ -266,7 +266,8 @@ def draw_damping(study: Study, target: Path) -> None:
                 axes.set_ylim(low, high)
             row[0].set_ylabel(f"{mode.capitalize()} damping ratio")
         for axes, setup in zip(grid[0], setups, strict=True):
-            axes.set_title(case_words(setup).replace(", ", ",\n"), fontsize=8.5)
+            words = case_words(setup).replace(", ", ",\n").replace(" (assumed)", "\n(assumed)")
+            axes.set_title(words, fontsize=8.5)
         for axes in grid[-1]:
             axes.set_xlabel("Inflation pressure, bar")
             axes.set_xticks(sorted({case.pressure_bar for case in study.subject if case.pressures_bar}))

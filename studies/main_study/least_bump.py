@@ -1,4 +1,4 @@
-"""Least bump at the handlebar from which wobble grows against the dry friction of the steering."""
+"""Smallest bump at the handlebar from which wobble grows against the dry friction of the steering."""
 
 import numpy as np
 from scipy.optimize import brentq
@@ -12,11 +12,11 @@ MOST_DAMPING = 100.0  # N m s/rad, beyond any damper; wobble that it does not st
 
 
 def least_bump(model: Model, span: Span, dry_friction: float) -> float | None:
-    """Find the least steer amplitude (rad) that grows, at the speed of the fastest growth of a ``span``.
+    """Find the smallest steer amplitude (rad) that grows, at the speed of the fastest growth of a ``span``.
 
     A torque of dry friction T takes from an oscillation of amplitude A and angular frequency omega the energy of a
     damper 4 T / (pi omega A) (describing function; Gelb & Vander Velde 1968). The smaller the motion, the more it
-    damps. The least amplitude is the one at which this damper just stops the growth; None if no damper stops it.
+    damps. The smallest amplitude is the one at which this damper just stops the growth; None if no damper stops it.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """What to measure next: how many cases would become definite if a group of assumptions were known.
 
 In each case the fastest growth of the samples is regressed on the assumed numbers. A group that is known leaves the
-rest of the variance. A case is definite if its mean growth is far enough from what counts as wobble that one grade
+rest of the variance. A case is definite if its mean growth is far enough from the limit of wobble that one grade
 *yes* or *no* holds, by normal distributions. It is an estimate; the study with the measured numbers decides.
 """
 

@@ -124,7 +124,7 @@ def facts(study: Study) -> dict[str, Any]:
         "verdicts": Counter(comparison.verdict for comparison in comparisons if comparison.ours),
         "bands": [_make_bands(study, result) for result in study.results_of(settings.reference)],
         "critical_parts": list(parts(study, CRITICAL, 3)),
-        "damping_parts": list(parts(study, DAMPING, 5)),
+        "damping_parts": list(parts(study, DAMPING, 4)),
         "other_crossings": list(_other_crossings(study)),
         "checked": rows,
         "not_linear": [row for row in rows if not is_linear(row.quantity)],

@@ -25,10 +25,10 @@ BARE_RATIO = 0.03
 
 @dataclass(frozen=True)
 class DampingUse:
-    """Whether a measured damping goes into the model, and why not."""
+    """Whether a measured damping is used in the model, and why not."""
 
     measured: bool  # it was read
-    used: bool  # it goes into the model
+    used: bool  # it is used in the model
 
 
 def damping_use(result: FrontResult, model: Model, held: str) -> DampingUse:
@@ -114,6 +114,6 @@ def _with_rider(tables: Mapping[str, Any], measured: dict[str, dict[str, float]]
 
 
 def _is_unusual(content: Mapping[str, Any]) -> bool:
-    """True if a number of the front is far outside its usual range."""
+    """True if a number of the front frame is far outside its usual range."""
     tables = content["effects"]
     return any(effect_class(name)(**table).doubts() for name, table in tables.items() if name in (FRONT, FORK, SADDLE))

@@ -28,7 +28,7 @@ from studies.standing.front_model import DampingUse, damping_use, front_covarian
 
 @dataclass(frozen=True)
 class Number:
-    """A value and its standard uncertainty, in the unit that stands beside it."""
+    """A value and its standard uncertainty, in the unit that is printed with it."""
 
     value: float
     sd: float

@@ -2,8 +2,10 @@
 
 import contextlib
 import json
+import os
 import sys
 from collections import Counter
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,7 @@ from studies.sweep.sampler import Sampler
 from studies.sweep.specification import ImpossibleItem, Sweep, differences
 from studies.sweep.worker import compute
 from tyre.ground.errors import InputError
+from tyre.ground.files import hold_folder, make_folder
 from tyre.ground.progress import progress_bar
 
 CONTINUE = "run the same command again to continue"
@@ -26,15 +29,37 @@ def run_sweep(sweep: Sweep, out: str | Path, *, engine: Engine | None = None, pr
     out = Path(out)
     if out.suffix not in (".zarr", ".nc"):
         raise InputError(f"--out {out.as_posix()}: the name must end in .zarr or .nc (netCDF)")
-    if out.exists():
+    if out.exists() and not parts_folder(out).exists():
         _refuse_other(out, sweep)
-        remove(parts_folder(out))  # left if it was killed after the last rename
         return out
-    for remark in _check_items(sweep):
-        if progress:
-            print(f"warning: {remark}", file=sys.stderr)
-    _run(sweep, out, engine or in_loop(), progress=progress)
+    remarks = [] if out.exists() else _check_items(sweep)
+    with _hold_parts(out):
+        if out.exists():  # another command has finished it, or was killed after the last rename
+            _refuse_other(out, sweep)
+            remove(parts_folder(out))
+            return out
+        for remark in remarks:
+            if progress:
+                print(f"warning: {remark}", file=sys.stderr)
+        _run(sweep, out, engine or in_loop(), progress=progress)
     return out
+
+
+@contextlib.contextmanager
+def _hold_parts(out: Path) -> Iterator[None]:
+    """Hold the folder of the parts of ``out`` during the block; another command that fills it is waited for."""
+    folder = parts_folder(out)
+
+    def wait() -> None:
+        print(f"warning: {out.as_posix()}: another command computes it; this one waits for its end", file=sys.stderr)
+
+    while True:
+        make_folder(folder)
+        made = folder.stat()
+        with hold_folder(folder, wait):
+            if folder.is_dir() and os.path.samestat(folder.stat(), made):  # else the other one has removed it
+                yield
+                return
 
 
 def _run(sweep: Sweep, out: Path, engine: Engine, *, progress: bool) -> None:

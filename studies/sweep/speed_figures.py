@@ -59,10 +59,10 @@ def draw_modes(drawn: Drawn) -> None:
             grid[-1, column].set_xlabel("Speed, m/s")
         grid[0, 0].set_xlim(stored.speeds.min(), stored.speeds.max())
         not_drawn = ", ".join(mode for mode in by_mode if mode not in columns).replace("_", " ")
-        title = (
-            f"Oscillating modes of {stored.whose}{_describe_lines(stored)};\na band is drawn where at least half of "
-            f"the bicycles have the mode{not_drawn and '; not drawn: '}{not_drawn}"
-        )
+        title = f"Oscillating modes of {stored.whose}{_describe_lines(stored)}"
+        if stored.reduced or not all(_as_lines(stored, x) for mode in columns for x in by_mode[mode].values()):
+            title += ";\na band is drawn where at least half of the bicycles have the mode"
+        title += f"; not drawn: {not_drawn}" if not_drawn else ""
         drawn.title(canvas, name, title, width - 0.3)
     drawn.table(name, rows)
 
@@ -73,6 +73,11 @@ def _describe_lines(stored: Stored) -> str:
     lines = "\nlines and bands: the quantiles that [reduce] kept" if has_lines else "\ntoo many combinations for lines"
     marks = "; computed at the marks, straight lines between them" if _dots(stored.speeds) else ""
     return marks + lines * stored.reduced
+
+
+def _as_lines(stored: Stored, values: Array) -> bool:
+    """True if so few bicycles have a line each, and no band."""
+    return values.size < LEAST_FOR_BANDS * len(stored.speeds)
 
 
 def _oscillates(stored: Stored, mode: str, values: Mapping[str, Array], name: str) -> bool:
@@ -124,7 +129,7 @@ def _draw_panel(
     speeds, bands = stored.speeds, _tabulate_bands(stored, output, values, mode)
     colour = mode_look(mode).colour if mode else BLUE
     rows = None if values is None else values.reshape(-1, len(speeds))
-    if rows is not None and len(rows) < LEAST_FOR_BANDS:
+    if values is not None and rows is not None and _as_lines(stored, values):
         axes.plot(speeds, rows.T, color=colour, linewidth=0.9, alpha=0.8, **_dots(speeds))
     elif len(bands) <= MOST_LINES:
         for number, band in enumerate(bands):

@@ -44,7 +44,7 @@ Forces and slip angles of the tyres on a recorded ride: ``ride_forces``
 
 What a model lacks: ``read_measurement`` ``diagnose`` (``velotyre new m.toml --kind measurement`` writes a first file)
 
-Every name is imported from ``tyre``, ``bicycle`` or ``studies`` when it is asked for; ``help(vt.modes)`` tells of one,
+Every name is imported from ``tyre``, ``bicycle`` or ``studies`` when it is asked for; ``help(vt.modes)`` describes one,
 ``help(vt.RelaxationLength)`` of the parameters of an effect. In a checkout that is not installed, this package is
 ``studies.velotyre``.
 """

@@ -3,9 +3,11 @@
 import hashlib
 import json
 import os
+import sys
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from itertools import chain, islice
@@ -33,7 +35,7 @@ from tyre.formats import FORMATS
 from tyre.formats.channel_map import ChannelMap
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
-from tyre.ground.files import clear_of_killed_runs, files_below, make_folder, read_toml, slugs, write_text
+from tyre.ground.files import clear_of_killed_runs, files_below, hold_folder, make_folder, read_toml, slugs, write_text
 from tyre.ground.units import PASCAL_PER_BAR
 from tyre.ground.workers import worker_pool
 from tyre.maps.contact_patch import log_curvature
@@ -368,21 +370,21 @@ def fit_campaign(
 
     settings = settings or FitSettings()
     files = recordings_in(folder, exclude=exclude)
-    if cache_folder is not None:
-        make_folder(cache_folder)
-        clear_of_killed_runs(cache_folder)
     shared = {"settings": settings, "cache_folder": cache_folder, "channel_map": channel_map}
     tasks = [(path, path.relative_to(folder).as_posix().removesuffix(".toml"), shared) for path in files]
     summaries: list[RecordingSummary] = []
     skipped: dict[str, str] = {}
-    outcomes = progress_bar(_run(tasks, jobs), total=len(tasks), desc="recordings", unit="file", show=progress)
-    for name, outcome in chain.from_iterable(outcomes):
-        if isinstance(outcome, RecordingSummary):
-            summaries.append(outcome)
-        elif skip_bad:
-            skipped[name] = outcome
-        else:
-            raise InputError(f"{outcome} (correct or remove the file, or leave it out with --skip-bad, the default)")
+    with nullcontext() if cache_folder is None else _hold_cache(cache_folder):
+        outcomes = progress_bar(_run(tasks, jobs), total=len(tasks), desc="recordings", unit="file", show=progress)
+        for name, outcome in chain.from_iterable(outcomes):
+            if isinstance(outcome, RecordingSummary):
+                summaries.append(outcome)
+            elif skip_bad:
+                skipped[name] = outcome
+            else:
+                raise InputError(
+                    f"{outcome} (correct or remove the file, or leave it out with --skip-bad, the default)"
+                )
     if not summaries:
         raise InputError(
             f"{folder}: none of {len(skipped)} recordings could be used; `velotyre look FILE` shows what is missing; "
@@ -392,6 +394,20 @@ def fit_campaign(
     conditions, sweeps, pulls = combine_campaign(summaries, settings, where=str(folder))
     curvature = _curvature(conditions, wheel_radius)
     return Campaign(folder, tuple(conditions), sweeps, pulls, settings, dict(sorted(skipped.items())), curvature)
+
+
+@contextmanager
+def _hold_cache(folder: Path) -> Iterator[None]:
+    """Hold the ``folder`` of finished fits, made if missing, during the block; another fit that fills it is waited for.
+
+    What killed runs left in it is removed, which must not be what the other one is about to write.
+    """
+    make_folder(folder)
+    waiting = f"warning: {folder}: another fit is writing there; this one waits for its end"
+    with hold_folder(folder, lambda: print(waiting, file=sys.stderr)):
+        make_folder(folder)  # the other one may have been removed with what it had made
+        clear_of_killed_runs(folder)
+        yield
 
 
 def _curvature(conditions: Sequence[ConditionResult], wheel_radius: float) -> tuple[CurvatureExponent, ...]:

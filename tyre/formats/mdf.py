@@ -2,8 +2,10 @@
 
 import logging
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache, wraps
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,10 @@ from tyre.ground.progress import optional_module
 LARGEST = 64_000_000  # bytes of a database
 _DBC = re.compile(rb"(\xef\xbb\xbf)?(\s|//[^\n]*\n)*(VERSION|NS_|BS_|BU_|BO_|CM_)\b")
 _POWERS = re.compile(r"(?:\*\*|\^)\s*(?:(?!\d(?![\d.]))|\d\s*(?:\*\*|\^))")  # but to one digit, or chained
+_ARITHMETIC = re.compile(
+    r"\s+|[-+*/^()]|X1?\b|(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|(?:a?(?:sin|cos|tan)h?|exp|log10|log|ln|sqrt|abs|inf|nan)\b",
+    re.IGNORECASE,
+)
 _MASTER = (2, 3)  # channel types that are the times of others
 _NOT_DECODED = ("CAN_DataFrame", "CAN_RemoteFrame", "CAN_ErrorFrame", "CAN_OverloadFrame", "LIN_Frame")
 
@@ -44,6 +50,7 @@ def mdf_contents(path: Path, reading: Reading) -> Contents:
 @contextmanager
 def _open_table(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]:
     asammdf = optional_module("asammdf", extra="can")
+    _guard_formulas()
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)  # what it says of damage becomes one error of ours
     notes = []
     with path.open("rb") as file:
@@ -64,6 +71,37 @@ def _open_table(path: Path, reading: Reading) -> Iterator[tuple[Any, list[str]]]
             yield decoded, notes
     finally:
         mdf.close()
+
+
+@cache
+def _guard_formulas() -> None:
+    """Let the library convert by arithmetic alone: it evaluates formulas of a file as Python, which may do anything.
+
+    Also of times, of what the library reads as it opens a file, and of conversions within conversions.
+    """
+    for module in ("asammdf.blocks.v4_blocks", "asammdf.blocks.v2_v3_blocks"):
+        conversion = import_module(module).ChannelConversion
+        conversion.convert = _convert_by_arithmetic(conversion.convert)
+
+
+def _convert_by_arithmetic(convert: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(convert)
+    def guarded(self: Any, *values: Any, **how: Any) -> Any:
+        if not _is_arithmetic(formula := _formula(self)):
+            raise ValueError(f"the formula {formula[:60]!r} is not evaluated")
+        return convert(self, *values, **how)
+
+    return guarded
+
+
+def _formula(conversion: Any) -> str:
+    return str(getattr(conversion, "formula", "") or "")
+
+
+def _is_arithmetic(formula: str) -> bool:
+    """True if a ``formula`` holds numbers, X, operators and functions alone, and no powers that take for ever."""
+    brief = len(formula) <= 500 and formula.count("**") + formula.count("^") <= 4
+    return brief and not _POWERS.search(formula) and not _ARITHMETIC.sub("", formula)
 
 
 def _database(file: Path, path: Path) -> Any:
@@ -106,8 +144,7 @@ def _places(mdf: Any) -> dict[str, tuple[int, int, str]]:
 
 def _signal(path: Path, mdf: Any, name: str, group: int, index: int, unit: str, most: int | None) -> Signal:
     conversion = mdf.groups[group].channels[index].conversion
-    formula = str(getattr(conversion, "formula", "") or "")
-    if len(formula) > 500 or _POWERS.search(formula) or formula.count("**") + formula.count("^") > 4:
+    if not _is_arithmetic(formula := _formula(conversion)):
         raise InputError(f"{path}: {name} is converted by the formula {formula[:60]!r}, which is not evaluated")
     signal = mdf.get(group=group, index=index, record_count=most)
     values, announced = signal.samples, int(mdf.groups[group].channel_group.cycles_nr)

@@ -18,6 +18,7 @@ _LIMITS = {
     "repeated": 1e-6,  # of the usual step: less is rounding
     "uneven": 0.1,  # of the usual step
     "latest": 1e11,  # s, the year 5000
+    "quickest": 1e-7,  # s between samples: no logger of a rig or a bicycle takes ten million of them a second
     "drift": 1e-3,  # relative change of the sample time from the first to the last tenth of a recording
     "near": 1e-3,  # of a step: samples so near to the even times are there already
 }
@@ -48,6 +49,8 @@ def check_clock(time: Array, *, where: str) -> tuple[str, ...]:
             f"{first + 2} ({time[first]:.10g} s, then {time[first + 1]:.10g} s); cut the recording there, or "
             "give time = {rate_hz = ...} if the samples are equally spaced"
         )
+    if usual < _LIMITS["quickest"]:
+        raise InputError(f"{where}: time has {1 / usual:.3g} samples a second, which no logger takes; check its unit")
     notes = []
     gaps = np.flatnonzero(steps > GAP * usual)
     if gaps.size:
@@ -75,7 +78,7 @@ def damaged_times(time: Array) -> NDArray[np.bool_]:
     """Samples (n,), True where a ``time`` (s) is missing or breaks an otherwise rising order, as in a damaged
     line; all False if more than one in :data:`DAMAGED` would have to go, or if others run back or repeat."""
     bad = ~np.isfinite(time)
-    for place in np.flatnonzero(np.diff(time) < 0)[: time.size // DAMAGED + 1].tolist():
+    for place in np.flatnonzero(time[1:] < time[:-1])[: time.size // DAMAGED + 1].tolist():
         before = time[place - 1] if place else -np.inf
         after = time[place + 2] if place + 2 < time.size else np.inf
         if time[place] < after:  # without the later one of the two all is in order
@@ -99,7 +102,7 @@ def how_to(*times: Array) -> str:
 def usual_rate(time: Array) -> float:
     """Samples a second by the steps of ``time`` (s, shape (n,)) that are near their median, as rounded stamps make that
     jump; NaN if there is none."""
-    steps = np.diff(time)
+    steps = np.diff(np.where(np.isfinite(time), time, np.nan))
     usual = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
     if not usual > 0:
         return float("nan")

@@ -129,6 +129,17 @@ def test_frequency_and_damping_follow_from_the_roots(tyred):
     assert np.isnan(found.damping_ratio("capsize")).all()
 
 
+def test_where_a_mode_has_no_root_its_frequency_is_not_a_number():
+    """Where wobble and the rear tyre veer, no root is wobble alone; 0 Hz would be a real root."""
+    tyre = {"tyre": "Tyre1", "surface": "flat", "pressure_bar": 5.5}
+    model = build_model({"bicycle": "benchmark", "effects": {"relaxation_length": tyre}})
+    found = modes(model.linear_model(), [10.0, 10.5])
+    with_root = found.frequency("wobble") > 0
+    assert with_root.tolist() == [True, False]
+    for name in found.names:
+        np.testing.assert_array_equal(np.isnan(found.frequency(name)), np.isnan(found.branch(name)[:, 0]))
+
+
 def test_json_form_has_one_value_of_a_pair_and_two_after_the_split(tyred):
     found = modes(tyred(), [0.0, 5.0]).to_dict()
     assert len(found["weave"][0]) == 2

@@ -25,8 +25,8 @@ def test_the_values_of_a_named_front_hinge_are_said_in_other_words():
     hinge = effect_class("front_compliance")(**{name: value for name, (value, _) in FITTED.items()})
     words = front_words(Model(bicycle, (hinge,)).parameters)
     by_name = {row[1]: row[2:4] for row in rows}
-    assert by_name["joint_z"] == [f"-0.6600 m ({words['front_compliance.joint_z']})", "± 0.030 m"]
-    assert by_name["damping"][0] == f"12.00 N m s/rad ({words['front_compliance.damping']})"
+    assert by_name["joint_z"] == [f"-0.660 m ({words['front_compliance.joint_z']})", "± 0.030 m"]
+    assert by_name["damping"][0] == f"12.0 N m s/rad ({words['front_compliance.damping']})"
     assert by_name["stiffness"] == ["4000 N m/rad", "± 300 N m/rad"]
 
 
@@ -34,4 +34,4 @@ def test_the_values_of_a_named_front_hinge_are_said_in_other_words():
 def test_other_effects_are_reported_as_they_are(model):
     named = Named("steer_damper", {"damping": (0.5, 0.1)}, {"damping": "N m s/rad"})
     ((identifier, name, value, sd, _),) = named_rows(judgement(model, named))
-    assert (identifier, name, value, sd) == ("steer_damper", "damping", "0.5000 N m s/rad", "± 0.10 N m s/rad")
+    assert (identifier, name, value, sd) == ("steer_damper", "damping", "0.50 N m s/rad", "± 0.10 N m s/rad")

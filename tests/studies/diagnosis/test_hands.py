@@ -112,7 +112,7 @@ def test_a_bench_test_with_free_handlebar_takes_the_cables_from_the_hands(tmp_pa
 
 def test_what_is_refused(tmp_path, capsys):
     measurement = measured(tmp_path, ARMS).prepare()
-    assert "has no part in a steering that swings" in measurement.refused["front_compliance"]
+    assert "has no part in a steering that oscillates" in measurement.refused["front_compliance"]
     firm = [line.replace("loose", "firm") for line in (tmp_path / "hands.csv").read_text().splitlines()[1:]]
     (tmp_path / "hands.csv").write_text((tmp_path / "hands.csv").read_text() + "\n".join([*firm, ""]))
     with pytest.raises(InputError, match=r"the grips 'loose', 'firm'; each is a case of its own, write grip = "):

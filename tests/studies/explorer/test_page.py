@@ -251,7 +251,7 @@ def test_no_axis_title_is_cut_on_a_phone(shared, opened):
     shared.set_viewport_size({"width": 1300, "height": 900})
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [390, 1280, 1440])  # the last has three figures side by side
 def test_nothing_of_a_figure_is_cut_or_printed_over(shared, opened, width):
     """With a soft front frame: six modes, wobble unstable at 10 m/s, a title of three lines."""
     shared.set_viewport_size({"width": width, "height": 900})
@@ -282,6 +282,26 @@ def test_nothing_of_a_figure_is_cut_or_printed_over(shared, opened, width):
     )
     looks = {words: dash for words, dash in marks if words in ("model", "measured pressure")}
     assert len(looks) == len(set(looks.values())) == 2
+    shared.set_viewport_size({"width": 1300, "height": 900})
+
+
+WIDTHS = """() => [...document.querySelectorAll('.under')].map(part =>
+    [part.getBoundingClientRect().width, part.querySelector('.table').getBoundingClientRect().width])"""
+CUT = """() => [...document.querySelectorAll('input[type=number]')]
+    .filter(one => one.clientWidth && one.scrollWidth > one.clientWidth).map(one => one.id + ' ' + one.value)"""
+
+
+@pytest.mark.parametrize("width", [390, 1440])
+def test_a_table_is_as_wide_as_its_figure_and_a_field_shows_its_number(shared, opened, width):
+    shared.set_viewport_size({"width": width, "height": 900})
+    page = opened(start_state(None).address, new=True)
+    settled(page, "10")
+    until(page, NOTHING_WAITS)
+    page.evaluate("document.querySelectorAll('details').forEach(one => { one.open = true; })")
+    widths = page.evaluate(WIDTHS)
+    assert len(widths) == 7  # the last is the chart, not drawn yet
+    assert all(table == pytest.approx(figure, abs=1) for figure, table in widths)
+    assert page.evaluate(CUT) == []
     shared.set_viewport_size({"width": 1300, "height": 900})
 
 

@@ -1,7 +1,10 @@
 """Tyre files that are dropped on the page: kept under their names, put on wheels, and nothing else is read."""
 
+import time
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 
 import pytest
 from hypothesis import example, given, settings
@@ -10,6 +13,7 @@ from hypothesis import strategies as st
 from bicycle.model import read_model
 from studies import explorer as site
 from tests.shared.refusals import refuses
+from tyre import read_tyre
 from tyre.ground import InputError
 
 TABLE = b"Fz [N],p [bar],C [N/deg],K [N/mm]\n400,4,100,60\n400,6,90,70\n700,4,150,62\n700,6,140,72\n"
@@ -89,6 +93,28 @@ def test_two_contents_of_one_name_are_two_tyres():
     assert len({one["words"] for one in site.controls(second)["wheels"][0]["tyres"][-2:]}) == 2
     again, _ = site.with_files(site.State(), [("model.toml", MODEL), ("mine.csv", TABLE)])
     assert again == first
+
+
+@pytest.mark.parametrize("table", [TABLE, b"t,x\n1,2\n"], ids=["good", "bad"])
+def test_several_users_drop_the_same_file_at_once(monkeypatch, table):
+    together = Barrier(8)
+
+    def slow(*arguments, **settings):  # as a reader is under load: all find that the file is not there yet
+        time.sleep(0.02)
+        return read_tyre(*arguments, **settings)
+
+    def drop(_):
+        together.wait()
+        try:
+            return site.TYRES.keep("mine.csv", {"mine.csv": table})
+        except InputError as error:
+            return str(error)
+
+    monkeypatch.setattr("studies.explorer.tyre_files.read_tyre", slow)
+    with ThreadPoolExecutor(8) as users:
+        (answer,) = set(users.map(drop, range(8)))  # all get the same
+    assert answer.startswith("mine.csv@") if table is TABLE else "mine.csv" in answer
+    assert site.TYRES.names() == [answer] * (table is TABLE)
 
 
 @pytest.mark.parametrize(("dropped", "words"), [

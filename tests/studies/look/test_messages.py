@@ -1,6 +1,7 @@
 """What `look` says of files that can be used for nothing, of faults, and of files that cannot be read."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -156,6 +157,21 @@ def test_events_are_said_with_what_is_left_out(tmp_path, capsys):
     shown = capsys.readouterr().out
     assert "\n  samples 1-9, all 9\n  a: samples 1-9, 7 of 9; rejected: 2 that lack x\n" in shown
     assert "\n  samples 1-9 (1 to 2 s), resampled to 5\n" in shown
+
+
+def test_numbers_without_end_are_counted_as_missing(tmp_path, capsys):
+    """No format but text says that a number must be finite; a warning of an ``inf - inf`` fails here."""
+    parquet, arrow = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("pyarrow")
+    nptdms = pytest.importorskip("nptdms")
+    time, endless = np.arange(200) / 100, np.where(np.arange(200) % 2, np.inf, -np.inf)
+    parquet.write_table(arrow.table({"time": time, "roll rate": endless}), tmp_path / "a.parquet")
+    parquet.write_table(arrow.table({"time": endless, "roll rate": time}), tmp_path / "b.parquet")
+    with nptdms.TdmsWriter(tmp_path / "c.tdms") as file:
+        properties = {"unit_string": "rad/s", "wf_increment": math.inf}
+        file.write_segment([nptdms.ChannelObject("run", "roll rate", time, properties=properties)])
+    for name in "ab":
+        assert "200 (200 missing)" in said(capsys, tmp_path / f"{name}.parquet")
+    assert "time is missing in 200 of 200 samples" in said(capsys, tmp_path / "c.tdms")
 
 
 @pytest.mark.filterwarnings("ignore:.*unclosed file:ResourceWarning")  # a library leaves a damaged file open

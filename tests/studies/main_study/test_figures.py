@@ -1,5 +1,7 @@
 """The figures show what the study found and what the paper prints, and explain the marks that are there."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from small_study import small
@@ -93,6 +95,17 @@ def test_damping_against_pressure_is_that_of_the_results(racing, canvases, tmp_p
 def one_world(monkeypatch, results_alone):
     """The world of the first sentence alone."""
     monkeypatch.setattr(main_study.Settings, "setups", property(lambda self: (main_study.Setup(self.front),)))
+
+
+def test_the_names_of_neighbouring_cases_do_not_touch(racing, canvases, tmp_path):
+    main_study.draw_damping(racing, tmp_path / "f")
+    canvases[0].draw_without_rendering()
+    columns = canvases[0].axes[: len(racing.settings.setups)]
+    titles = [title for axes in columns for title in (axes.title, axes._left_title) if title.get_text()]
+    boxes = [title.get_window_extent() for title in titles]
+    assert len(boxes) == len(columns)
+    space = 0.02 * canvases[0].bbox.width / len(columns)
+    assert all(left.x1 + space < right.x0 for left, right in pairwise(boxes))
 
 
 def test_a_tyre_without_a_pressure_is_drawn(one_world, canvases, tmp_path):

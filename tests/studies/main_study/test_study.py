@@ -89,7 +89,7 @@ def test_run_prints_the_question_then_the_answer_and_writes_all(racing, monkeypa
         "Does lower pressure in Tyre1 (flat track) make a Pista track bicycle with a rider in the drops more prone to"
     )
     assert lines[3].startswith(main_study.answer(racing).graded.grade.words.capitalize())
-    assert lines[7].split() == ["hands,", "front", "3.5", "bar", "7.5", "bar", "lower", "bar:", "onset,", "growth"]
+    assert lines[7].split() == ["hands,", "front", "3.5", "bar", "7.5", "bar", "lower", "pressure:", "onset,", "growth"]
     assert lines[-2] == f"figure: {(folder / 'headline.png').as_posix()}"
     assert lines[-1] == f"report: {(folder / 'report.html').as_posix()}"
     assert max(map(len, lines[:-1])) <= 110

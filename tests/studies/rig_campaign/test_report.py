@@ -45,6 +45,7 @@ def test_the_page_shows_what_the_report_does(results):
     assert out / "report.html" in written
     pictures = re.findall(r'<img alt="[^"]+" src="([^"]+)"', page)
     assert sorted(out / name for name in pictures) == sorted(path for path in written if path.suffix == ".png")
+    assert page.count("<p><img") == len(pictures)  # each scrolls by itself on a phone
     assert page.count("<table>") == read_report(out).count("|---|\n")
     assert "SYNTHETIC" in page
 

@@ -55,6 +55,7 @@ def test_a_sample_with_everything(sample, drawn):
         assert (drawn.folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
         assert "<svg" in (drawn.folder / f"{name}.svg").read_text()
         assert len(table(drawn, name))
+    assert "a band is drawn where at least half of the bicycles have the mode" in drawn.figures["modes_along_speed"]
 
 
 def test_the_distribution_counts_those_that_have_none(sample, drawn):
@@ -201,6 +202,7 @@ def test_bicycles_by_name_and_eigenvalues_in_netcdf(no_pictures, tmp_path):
     assert set(each["combination"]) <= set(names)
     assert "Critical speeds up to 60 m/s of 3 bicycles" in found.figures["critical_speeds_each"]
     assert {"stability_along_speed", "modes_along_speed", "pairs"} <= set(found.figures)
+    assert "band" not in found.figures["modes_along_speed"]  # each of the three has its line
     assert "only bicycle is varied, so there are no variance shares" in found.remarks
 
 

@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 from multiprocessing import get_all_start_methods, get_context
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -136,6 +137,48 @@ def test_interrupted_it_says_what_is_kept(reference, tmp_path, capsys):
         run_sweep(sweep, out, engine=interrupted)
     assert "682 of 1400 bicycles are finished and kept in" in capsys.readouterr().err
     assert identical(run_sweep(sweep, out), reference)
+
+
+def test_two_runs_at_once_into_one_result_compute_it_once(reference, tmp_path, capsys):
+    """The second once wrote into what the first put together, or found its parts removed."""
+    pytest.importorskip("fcntl")
+    sweep, out, second = build_sweep(RANDOM), tmp_path / "result.zarr", []
+
+    def begun_twice(work, todo):
+        for piece in todo:
+            if not second:
+                second.append(Thread(target=run_sweep, args=(sweep, out), kwargs={"engine": never}))
+                second[0].start()
+                said = ""
+                while second[0].is_alive() and not said:
+                    second[0].join(0.01)
+                    said = capsys.readouterr().err
+                assert said == f"warning: {out.as_posix()}: another command computes it; this one waits for its end\n"
+            yield piece, work(*piece)
+
+    def never(work, todo):
+        pytest.fail("the second run computes something")
+
+    assert identical(run_sweep(sweep, out, engine=begun_twice), reference)
+    second[0].join()
+    assert identical(out, reference)
+    assert [file.name for file in tmp_path.iterdir()] == ["result.zarr"]
+
+
+def test_a_second_run_goes_on_where_the_first_was_stopped(reference, tmp_path):
+    pytest.importorskip("fcntl")
+    sweep, out, second = build_sweep(RANDOM), tmp_path / "result.zarr", []
+
+    def stopped(work, todo):
+        second.append(Thread(target=run_sweep, args=(sweep, out)))
+        second[0].start()
+        second[0].join(0.3)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(sweep, out, engine=stopped)
+    second[0].join()
+    assert identical(out, reference)
 
 
 def refused_on_a_full_disk(fresh, file, out, size):

@@ -1,8 +1,10 @@
 """A folder of recordings to conditions, maps and figures; truth from the campaign's own truth file."""
 
 import json
+import os
 import re
 from dataclasses import replace
+from threading import Timer
 
 import numpy as np
 import pandas as pd
@@ -114,6 +116,27 @@ def test_a_second_run_with_workers_takes_its_fits_from_the_cache_but_for_damaged
     assert {path: path.read_text() for path in cache.glob("*.fit")} == {path: text for path, (text, _) in whole.items()}
     assert all(path.stat().st_mtime_ns == whole[path][1] for path in others)
     assert not left.exists()
+
+
+def test_a_fit_waits_for_another_that_fills_the_same_cache(rig_folder, rig_campaign, capsys):
+    """It once removed what the other one was writing."""
+    fcntl = pytest.importorskip("fcntl")
+    campaign, cache = rig_campaign
+    other = os.open(cache, os.O_RDONLY)
+    fcntl.flock(other, fcntl.LOCK_EX)
+    (part := cache / ".ab12.part4711.fit").write_text("of the other one")
+
+    def finish():
+        part.rename(cache / "ab12.fit")
+        os.close(other)
+
+    (later := Timer(0.3, finish)).start()
+    again = fit_campaign(rig_folder, cache_folder=cache, **QUIET)
+    later.join()
+    (cache / "ab12.fit").unlink()  # it is there
+    assert again.as_json() == campaign.as_json()
+    said = capsys.readouterr().err
+    assert said == f"warning: {cache}: another fit is writing there; this one waits for its end\n"
 
 
 def test_other_settings_are_fitted_again(rig_folder, tmp_path):

@@ -150,8 +150,10 @@ def test_a_database_is_taken_by_its_content_and_none_that_may_hold_code(bus, tmp
     np.testing.assert_allclose(read_signals(bus[0], dbc=[good])["steer"].values, bus[2], rtol=1e-12)
 
 
-@pytest.mark.parametrize(("formula", "allowed"), [("0.5*X1+2", True), ("X1^2", True), ("X1*0+9**9**9", False),
-                                                  ("9**(9**9)", False)])  # fmt: skip
+@pytest.mark.parametrize(("formula", "allowed"), [
+    ("0.5*X1+2", True), ("X1^2", True), ("sqrt(abs(X)) - 1.5e-3/(X1 + .5)", True), ("X1*0+9**9**9", False),
+    ("9**(9**9)", False),
+])  # fmt: skip
 def test_a_formula_without_end_is_not_evaluated(tmp_path, formula, allowed):
     from asammdf import MDF, Signal
     from asammdf.blocks import v4_blocks, v4_constants
@@ -166,6 +168,38 @@ def test_a_formula_without_end_is_not_evaluated(tmp_path, formula, allowed):
         assert read_signals(tmp_path / "a.mf4")["x"].values.size == 100
         return
     refuses(r"x is converted by the formula .* which is not evaluated", read_signals, tmp_path / "a.mf4")
+
+
+CODE = "open('OWNED', 'w').write('X')"
+
+
+@pytest.mark.parametrize("place", ["channel", "time", "within"])
+@pytest.mark.parametrize("formula", [
+    CODE, f"X*0 + {CODE}", f"[{CODE} for k in (1,)][0]", f"(lambda: {CODE})()", "X.__class__", "exec('X')",
+])  # fmt: skip
+def test_code_in_the_formula_of_a_measurement_file_is_not_run(tmp_path, monkeypatch, formula, place):
+    """The library evaluates a formula as Python; read here and not in the child, so that its file would be found."""
+    from asammdf import MDF, Signal
+    from asammdf.blocks import v4_blocks, v4_constants
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("tyre.formats.child.apart", lambda: False)
+    coded = v4_blocks.ChannelConversion(conversion_type=v4_constants.CONVERSION_TYPE_ALG, formula=formula)
+    with MDF(version="4.10") as file:
+        file.append([Signal(np.arange(100), TIME, name="x", unit="deg/s")])
+        time, channel = file.groups[0].channels
+        if place == "within":
+            outer = {"val_param_nr": 2, "lower_0": -1.0, "upper_0": 1e3, "text_0": coded, "default_addr": b""}
+            channel.conversion = v4_blocks.ChannelConversion(
+                conversion_type=v4_constants.CONVERSION_TYPE_RTABX, links_nr=6, ref_param_nr=2, **outer
+            )
+        elif place == "time":
+            time.conversion = coded
+        else:
+            channel.conversion = coded
+        file.save("a.mf4", overwrite=True)
+    refuses(r"a\.mf4: .*formula .* is not evaluated", read_signals, Path("a.mf4"))
+    assert not Path("OWNED").exists()
 
 
 @pytest.mark.parametrize(("ending", "found", "other", "words"), [

@@ -121,6 +121,7 @@ def test_where_the_time_comes_from(time, expected):
     (lambda t: np.where(np.arange(N) % 190 == 7, np.nan, t), "time is missing in 2 of 200 samples, first in sample 8"),
     (lambda t: t[::-1], "time runs back at 199 samples"),
     (lambda t: np.zeros(N), "time repeats at 199 samples"),
+    (lambda t: 1e-200 * t, r"time has 1e\+202 samples a second, which no logger takes; check its unit"),
     (lambda t: 1e9 * (t + 1.7e9), r"time reaches 1.7e\+18 s, which is no date; check its unit"),
 ])  # fmt: skip
 def test_clocks_that_would_give_wrong_results_are_refused(change, words):
