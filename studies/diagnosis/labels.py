@@ -111,11 +111,14 @@ def number(value: float, digits: int) -> str:
 
 
 def to_sd(value: float, sd: float) -> str:
-    """A ``value`` to the second digit of its ``sd``, as :func:`number` prints that; to four digits without one."""
-    if not (math.isfinite(sd) and 1e-4 <= sd < 1e7):
-        return number(value, 4)
+    """A ``value`` to the second digit of its ``sd``, as :func:`number` prints that; to three digits without one."""
+    if not (math.isfinite(sd) and sd > 0):
+        return number(value, 3)
     places = 1 - math.floor(math.log10(sd))
-    return f"{round(value, places):.{max(places, 0)}f}"
+    if 1e-4 <= sd < 1e7:
+        return f"{round(value, places):.{max(places, 0)}f}"
+    digits = places + math.floor(math.log10(abs(value))) + 1 if value else 1
+    return f"{value:.{max(digits, 1)}g}"
 
 
 def misfit(value: float) -> str:

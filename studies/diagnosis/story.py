@@ -80,12 +80,12 @@ class Where:
     @property
     def axis_name(self) -> str:
         """Quantity along which the places lie, without its unit."""
-        return self.axis.rpartition(", ")[0]
+        return self.axis.partition(", ")[0]
 
     @property
     def axis_unit(self) -> str:
-        """Unit of the places."""
-        return self.axis.rpartition(", ")[2]
+        """Unit of the places; empty if they are counted."""
+        return self.axis.partition(", ")[2]
 
 
 @dataclass(frozen=True)

@@ -169,7 +169,7 @@ class Front:
     """Front-frame compliance: joint at ``joint_height`` (m) on the steer axis, SI units."""
 
     stiffness: float = ASSUMED["stiffness"].usual  # N m/rad, of the joint
-    damping_ratio: float = ASSUMED["damping_ratio"].usual  # of the front on its joint, the rear frame held
+    damping_ratio: float = ASSUMED["damping_ratio"].usual  # of the front frame on its joint, rear frame held
     joint_height: float = -ASSUMED["joint_z"].usual  # m above the ground
     joint_x: float | None = None  # m before the rear contact; None: on the steer axis
     # rad, joint axis above the horizontal, forward end up; None: perpendicular to the steer axis
@@ -219,7 +219,7 @@ class Ranges:
     """Ranges of the assumed values: (low, high) of each, SI; ``hinge`` as a shift, those of the arms as factors."""
 
     stiffness: tuple[float, float] = ASSUMED["stiffness"].ends  # N m/rad, of the front frame
-    damping_ratio: tuple[float, float] = ASSUMED["damping_ratio"].ends  # of the front on its joint
+    damping_ratio: tuple[float, float] = ASSUMED["damping_ratio"].ends  # of the front frame on its joint
     hinge: tuple[float, float] = shifts(ASSUMED["joint_z"])  # m, added to the height of the joint
     friction: tuple[float, float] = ASSUMED["friction"].ends  # N m s/rad, of the steering
     camber_share: tuple[float, float] = LIMITS.camber_range  # 1/rad of the load; of a stated camber stiffness a factor

@@ -209,8 +209,8 @@ class FrontCompliance(Effect):
     """A sprung and damped hinge between rear frame and steer axis that carries the whole front assembly.
 
     Axis (cos axis_tilt, 0, -sin axis_tilt) through (joint_x, 0, joint_z), by default perpendicular to the steer axis.
-    ``damping_ratio``, of the front on its hinge with the rear frame held, may be given in place of ``damping``, and
-    ``height_above_hub``, m along the steer axis from its point nearest to the front hub, in place of ``joint_x`` and
+    ``damping_ratio``, of the front frame on its hinge with the rear frame held, may replace ``damping``.
+    ``height_above_hub``, m along the steer axis from its point nearest to the front hub, may replace ``joint_x`` and
     ``joint_z``.
 
     Parameters

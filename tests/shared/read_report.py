@@ -1,5 +1,6 @@
 """The text of a report as its reader sees it: the page report.html, with tables, headings and links as in Markdown."""
 
+import math
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -66,6 +67,12 @@ def text_of_page(page: str) -> str:
     parser = _Text()
     parser.feed(page)
     return "".join(parser.parts)
+
+
+def printed(value: float, sd: float) -> str:
+    """A value and its sd, of 0.0001 or more, to the second digit of the sd."""
+    places = 1 - math.floor(math.log10(sd))
+    return " ± ".join(f"{round(x, places):.{max(places, 0)}f}" for x in (value, sd))
 
 
 def read_report(folder: str | Path) -> str:

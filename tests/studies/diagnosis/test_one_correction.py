@@ -11,6 +11,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from read_report import printed
 from small_library import among
 
 from bicycle.model import read_model
@@ -95,7 +96,7 @@ def test_sizes_in_the_sentence_are_those_of_the_model_file(reported):
                 assert own == pytest.approx((value, sd), rel=1e-6)
             beside = told.partition("With it")[2] if word in KEEP_A_TORQUE else told
             if own[1] < abs(own[0]):
-                assert f"{name} {own[0]:.3g} ± {own[1]:.2g} " in beside
+                assert f"{name} {printed(*own)} " in beside
     if word in KEEP_A_TORQUE:
         torque = {
             key.partition(".")[2]: (value, model.sd[key])
@@ -106,7 +107,7 @@ def test_sizes_in_the_sentence_are_those_of_the_model_file(reported):
         assert 1 <= len(shown) == min(3, len(torque))
         values = {term_name(name): pair for name, pair in torque.items()}
         for term, value, sd in shown:
-            assert (value, sd) == (f"{values[term][0]:.3g}", f"{values[term][1]:.2g}")
+            assert f"{value} ± {sd}" == printed(*values[term])
 
 
 def test_the_farthest_parameter_is_that_of_the_model_file(reported):

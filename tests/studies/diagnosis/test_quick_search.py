@@ -2,7 +2,9 @@
 
 import json
 import math
+import re
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -108,3 +110,12 @@ def test_the_quick_search_writes_no_report(tmp_path, capsys):
         main(["diagnose", "kooijman2008", "--quick", "--out", str(tmp_path / "d")])
     assert "--quick writes no report" in capsys.readouterr().err
     assert not (tmp_path / "d").exists()
+
+
+def test_a_size_has_the_digits_of_its_sd_and_counted_places_have_no_unit(capsys):
+    """Thousands of N m/rad, known to tens; readings are counted."""
+    folder = Path(__file__).parents[3] / "docs" / "examples" / "measurements" / "standing"
+    main(["diagnose", str(folder / "MEASUREMENT.toml"), "--quick"])
+    shown = capsys.readouterr().out
+    assert re.search(r"front_compliance: stiffness \d{4} ± \d\d N m/rad, damping \d\.\d{3} ± 0\.0\d\d N m s/rad", shown)
+    assert re.search(r", reading \d+ to \d+\.$", shown, re.M)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from read_report import read_report
+from read_report import printed, read_report
 from scipy.stats import chi2
 
 from studies.diagnosis import (
@@ -166,7 +166,7 @@ def test_the_first_screen_states_what_confidence_where_and_evidence(one):
     (effect,) = one.verdict.effects
     value, sd = effect.parameters["rate"]
     assert value == pytest.approx(9.0, abs=4 * sd)
-    assert f"**What:** Missing effect: linear (rate {value:.3g} ± {sd:.2g} m/s)." in text
+    assert f"**What:** Missing effect: linear (rate {printed(value, sd)} m/s)." in text
     assert f"**Confidence:** named, probability {probability(one.verdict.posterior['linear'])}. " in text
     closest = find(one).alternative
     by_hand = next(f for f in one.hypotheses.rank() if not f.identifiers >= {"linear"} and f.admissible)
