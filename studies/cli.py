@@ -127,6 +127,10 @@ def main(arguments: list[str] | None = None) -> None:
     """Run ``velotyre`` with ``arguments`` (of the command line by default)."""
     given = sys.argv[1:] if arguments is None else arguments
     try:
+        os.getcwd()
+    except OSError:  # no path can be resolved then
+        _fail("the current folder is not there any more; change to one that is")
+    try:
         _run(arguments, serves="explore" in given[:1])
     except click.NoSuchOption as error:
         options = [] if error.ctx is None else [name for o in error.ctx.command.params for name in o.opts]

@@ -198,6 +198,19 @@ def test_a_full_disk_under_the_output_is_one_line():
     assert done.stderr.splitlines()[0] == "velotyre: the output cannot be written: No space left on device"
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be removed")
+def test_a_current_folder_that_is_gone_is_one_line(tmp_path):
+    """As of a shell that stands in a folder which was made anew: no path can be found from there."""
+    program = "import os\nos.rmdir(os.getcwd())\nfrom studies.cli import main\nmain(['look', '/nowhere/a.tdms'])"
+    (gone := tmp_path / "gone").mkdir()
+    process = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{program}"],
+        cwd=gone, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert process.returncode == 2
+    assert process.stderr == "velotyre: the current folder is not there any more; change to one that is\n"
+
+
 def test_a_reader_who_has_seen_enough_is_no_error():
     command = [sys.executable, "-c", "from studies.cli import main; main(['list'])"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:

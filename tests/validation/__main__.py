@@ -18,7 +18,7 @@ from tyre.ground import InputError, unknown, write_text
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "shared"))  # as pytest has it
 
-TOOLS = ("beam_front", "cases", "decay_generator", "kane_bicycle", "random_models", "recording_writers",
+TOOLS = ("beam_front", "cases", "decay_generator", "kane_bicycle", "random_models", "other_rides", "recording_writers",
          "ride_bicycle", "ride_bounds", "ride_generator", "rider_populations", "rider_rivals", "seated_bench",
          "standing_bench", "standing_sway")  # fmt: skip
 NEVER_NONE = ("models", "campaigns", "draws", "workers", "jobs")

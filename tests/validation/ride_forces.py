@@ -1,6 +1,7 @@
 """How well are lateral forces and slip angles of a ride known? SYNTHETIC rides of Kane's bicycle.
 
-Two bicycles at two speeds, three gyros, straight ahead or in a slalom, in cells that differ in what the file gets
+Two bicycles at two speeds, three gyros, straight ahead, in a slalom or with other inputs and another rider
+(``other_rides``), in cells that differ in what the file gets
 wrong: nothing ("known"), the tyres and the front frame ("tyre": 15 and 20 %, 1 standard uncertainty), and the whole
 bicycle too ("all"). Counted: how often 95 % bands hold the truth, the rms error, and how far the sum of both forces is
 from m a_y of the mass centre less the side force, as a share of m a_y; where an estimator gives the side force, also
@@ -24,7 +25,9 @@ import velotyre as vt
 from bicycle import load_bicycle
 from tests.validation.blind.hidden import uncertainty
 from tests.validation.cases import KeptCases, Row, attempted
+from tests.validation.other_rides import draw_other_rides
 from tests.validation.ride_generator import SAMPLE, Loop, Real, Ride, close_loop, draw_legs, ride, write_ride
+from tyre.ground import InputError
 
 BICYCLES = ("benchmark", "rigid_rider")
 SPEEDS = (6.0, 9.0)  # m/s
@@ -36,6 +39,7 @@ CELLS: Mapping[str, Mapping[str, float]] = {  # what is off, see draw_bicycle
 JUDGED = ("rear_lateral_force", "front_lateral_force", "rear_slip_angle", "front_slip_angle")
 FORCES = JUDGED[:2]
 SIDE_FORCE = "side_force"
+OTHER = "other"  # style of the rides of ``other_rides``, whose inputs no state-space model has
 TARGETS = {"covered": (0.93, 0.97), "sum_error_share": 0.03}
 RUN_IN = 80.0  # s at both ends of a ride, in which the steady filter of "ideal" has not yet forgotten its start
 
@@ -133,6 +137,8 @@ def draw_ride(cell: str, style: str, seed: int, number: int, duration: float) ->
     """A ride of a count: bicycles and speeds take turns."""
     rng = np.random.default_rng([seed, [*CELLS].index(cell), number])
     base, speed = BICYCLES[number % 2], SPEEDS[number // 2 % 2]
+    if style == OTHER:
+        return draw_other_rides(rng, [speed], base=base, duration=duration, **CELLS[cell])[0]
     leg = draw_legs(rng, [speed], base=base, style=style, **CELLS[cell])[0]
     return ride(leg, rng, duration=duration)
 
@@ -201,6 +207,8 @@ def run(
     duration: float = 300.0, workers: int = 1,
 ) -> dict[str, Any]:  # fmt: skip
     """Judge an ``estimator`` on ``rides`` of ``duration`` s a cell."""
+    if style == OTHER and estimator != "engine":
+        raise InputError(f"the estimator {estimator!r} needs inputs of known spectra; use style straight or slalom")
     keys = ("seed", "estimator", "style", "duration", "cell", "number")
     kept = KeptCases(out / "ride_forces_cases.jsonl", keys)
     jobs = [(seed, estimator, style, duration, cell, number) for cell in CELLS for number in range(rides)]

@@ -20,6 +20,7 @@ from studies.diagnosis import Diagnosis, Kind, diagnose, read_measurement
 from studies.inference import fit
 from tests.validation.blind.hidden import uncertainty
 from tests.validation.cases import KeptCases, Row, attempted, share_of
+from tests.validation.other_rides import draw_other_rides
 from tests.validation.ride_bicycle import OUTSIDE
 from tests.validation.ride_bounds import FRONT, TYRES, relative_bounds
 from tests.validation.ride_generator import Leg, Ride, draw_legs, ride, write_ride
@@ -27,6 +28,7 @@ from tyre.ground import write_text
 
 BICYCLES = ("benchmark", "rigid_rider")
 SPEEDS = (6.0, 9.0)  # m/s
+OTHER = "other"
 OFF = {"tyre_sd": 0.15, "front_sd": 0.2}
 CELLS: Mapping[str, Mapping[str, Any]] = {  # see draw_bicycle
     "known": {"spread": 0.0, **OFF},
@@ -35,6 +37,7 @@ CELLS: Mapping[str, Mapping[str, Any]] = {  # see draw_bicycle
     "compliance": {"spread": 1.0, **OFF, "compliance": "hidden"},
     "none": {"spread": 1.0, **OFF},
     "outside": {"spread": 1.0, **OFF},
+    OTHER: {"spread": 0.0, **OFF},
 }
 ASKED = (*TYRES, *FRONT)
 TARGETS = {
@@ -69,6 +72,9 @@ class Case:
 def draw_case(cell: str, seed: int, number: int, *, duration: float = 300.0, speeds: Sequence[float] = SPEEDS) -> Case:
     """A case of a cell: bicycles take turns, and in "outside" what no library knows; a ride of ``duration`` s each."""
     rng = np.random.default_rng([seed, [*CELLS].index(cell), number])
+    if cell == OTHER:
+        rides = draw_other_rides(rng, speeds, base=BICYCLES[number % 2], duration=duration, **CELLS[cell])
+        return Case(cell, tuple(rides))
     beyond = OUTSIDE[number // 2 % len(OUTSIDE)] if cell == "outside" else ""
     legs = draw_legs(rng, speeds, base=BICYCLES[number % 2], outside=beyond, **CELLS[cell])
     return Case(cell, tuple(ride(leg, rng, duration=duration) for leg in legs))
@@ -77,7 +83,7 @@ def draw_case(cell: str, seed: int, number: int, *, duration: float = 300.0, spe
 def bound(case: Case, *, duration: float = 300.0, count: int = 600) -> dict[str, float]:
     """Relative Cramer-Rao bounds of what is asked, by the cell's knowledge of the bicycle."""
     base = case.legs[0].bicycle.base
-    prior = {} if case.cell == "known" else dict(uncertainty(load_bicycle(base)))
+    prior = {} if not CELLS[case.cell]["spread"] else dict(uncertainty(load_bicycle(base)))
     prior |= {key: OFF["tyre_sd" if key in TYRES else "front_sd"] * case.stated[key] for key in ASKED}
     return relative_bounds(case.legs, asked=ASKED, prior_sd=prior, duration=duration, count=count)
 
@@ -172,7 +178,8 @@ def one_case(seed: int, job: str, cell: str, number: int) -> Row:
             row["verdict"], row["named"] = found.verdict.verdict, named(found)
             return
         estimate(measurement.prepare(), row)
-        row["bounds"] = bound(case, count=300)
+        own = {key: row["sd"][key] / abs(true) for key, true in case.truth.items()}
+        row["bounds"] = own if cell == OTHER else bound(case, count=300)
         row |= judge(case.truth, row["bounds"], row["values"], row["sd"])
 
     return attempted(row, work)
@@ -192,11 +199,20 @@ def one_bound(seed: int, cell: str, number: int) -> Row:
 
 
 def run(
-    *, out: Path, seed: int, known: int = 40, default: int = 30, names: int = 0, bicycles: int = 0, workers: int = 1
+    *,
+    out: Path,
+    seed: int,
+    known: int = 40,
+    default: int = 30,
+    other: int = 0,
+    names: int = 0,
+    bicycles: int = 0,
+    workers: int = 1,
 ) -> dict[str, Any]:
-    """Estimates of ``known`` and ``default`` cases, ``names`` cases of each other cell, and bounds of ``bicycles``."""
+    """Fit ``known``, ``default`` and ``other`` cases, judge ``names`` a cell, and find bounds of ``bicycles``."""
+    fitted = {"known": known, "default": default, OTHER: other}
     kept = KeptCases(out / "ride_spectra_cases.jsonl", ("seed", "job", "cell", "number"))
-    jobs = [(seed, "fit", cell, k) for cell, count in (("known", known), ("default", default)) for k in range(count)]
+    jobs = [(seed, "fit", cell, k) for cell, count in fitted.items() for k in range(count)]
     jobs += [(seed, "names", cell, k) for k in range(names) for cell in ("damper", "compliance", "none", "outside")]
     rows = kept.computed(jobs, one_case, workers=workers, what="cases")
     kept = KeptCases(out / "ride_spectra_bounds.jsonl", ("seed", "cell", "number"))
@@ -204,7 +220,7 @@ def run(
     bound_rows = kept.computed(jobs, one_bound, workers=workers, what="bounds")
     errors = [row["error"] for row in (*rows, *bound_rows) if row["error"]]
     fits = {cell: [row for row in rows if row["job"] == "fit" and row["cell"] == cell and not row["error"]]
-            for cell in ("known", "default")}  # fmt: skip
+            for cell in fitted}  # fmt: skip
     return {
         "targets": TARGETS,
         "errors": errors,
