@@ -24,7 +24,7 @@ THOROUGH, GUIDE, ROUGH = (60, 60), (20, 20), (20, 7)
 """Most iterations of a fit, and of one that is still poor then: to its end, to show the way, to compare many."""
 
 LIGHTER = (1e-3, 3e-2)  # shares of a misfit that count at first, where a start is far off
-PATIENCE = {10.0: 5, 1.5: 8}
+PATIENCE = {100.0: 5, 1.5: 8}
 """Times the objective that is reached elsewhere, above which a fit is given up -> turns that gained less than 10 %."""
 PROBE = 0.1  # of a step: where the second derivative along it is taken
 

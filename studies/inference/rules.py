@@ -53,6 +53,7 @@ class Rules:
     most_tried: int = 4  # candidates that are fitted beside a parent
     worth_a_fit: float = 4.0  # promised decrease of the objective below which they are not
     closed: float = 0.5  # of the gap to the best parent that a first step must promise where the gap is hopeless
+    poor: float = 10.0  # times the objective of an explanation, beyond which a soft joint is not followed to its end
     loud: float = 1.3  # objective a row beyond which every hypothesis is tried again
     retried: int = 5  # poor fits that are tried from other starts
     polished: int = 8  # most probable fits that must converge

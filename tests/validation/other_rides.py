@@ -73,7 +73,7 @@ def draw_inputs(count: int, rng: Random) -> Inputs:
     time = STEP * np.arange(count)
     rest = np.zeros((len(INPUTS), count))
     at = INPUTS.index
-    pink = np.where((hertz > 0.02) & (hertz < 4), 1 / np.maximum(hertz, 0.02), 0.0)
+    pink = 1 / np.maximum(hertz, 0.05) / (1 + (hertz / 3) ** 4)  # a body does not sway faster
     swing = 1 + SWING * np.sin(2 * np.pi * time / SWING_PERIOD + rng.uniform(0, 2 * np.pi))
     wind = coloured(von_karman(hertz, rng.uniform(0.3, 2.0)), count, rng)
     rest[at("side_force")] = rng.uniform(6, 14) * swing * wind
