@@ -62,6 +62,7 @@ class RideForces:
     grip_assumed: bool
     misfit: float  # chi^2 of the spectra for each of their numbers; 1 where all is as modelled
     goodness: float  # probability of a larger chi^2
+    widened: float  # factor on all uncertainties, root of chi^2 a number; 1 where the model fits the spectra
     converged: bool  # the fit of the spectra came to an end
     narrowed: tuple[Narrowed, ...]
     left_out: tuple[str, ...]  # sentences: parts of the rides that are not used, and why
@@ -156,7 +157,7 @@ def ride_forces(
         ``sd`` is one standard uncertainty. x is forward, y to the right, z down: a force to the right is positive, a
         slip angle has the sign of the force that it makes. Offsets of the sensors are estimated along, so a steady
         force is known to the mean of the ride alone. Also ``share(segment)`` of the grip, ``table()``, ``misfit``,
-        ``goodness``, ``converged``, ``narrowed``, ``left_out`` and ``notes``.
+        ``goodness``, ``widened``, ``converged``, ``narrowed``, ``left_out`` and ``notes``.
 
     Raises
     ------
@@ -205,6 +206,7 @@ def forces_of_rides(
         grip is None,
         final.chi2 / len(final.residual),
         final.goodness,
+        final.noise_factor,
         final.converged,
         _narrowed(final),
         kind.left_out,

@@ -312,7 +312,10 @@ def thinned(run: Run) -> Run:
 
 
 def segment_forces(kind: RideSpectra, final: Fit) -> tuple[SegmentForces, ...]:
-    """Forces and slip angles along each segment of the rides of ``kind``, whose spectra ``final`` fits."""
+    """Forces and slip angles along each segment of the rides of ``kind``, whose spectra ``final`` fits.
+
+    Where it does not fit them, uncertainties are larger by the root of its chi^2 a number (Birge 1932).
+    """
     estimates = []
     for ride, segments in enumerate(kind.segments):
         runs = [thinned(run) for run in segments]
@@ -321,6 +324,7 @@ def segment_forces(kind: RideSpectra, final: Fit) -> tuple[SegmentForces, ...]:
             recorded = {**run.channels, **run.inputs}
             signals = np.stack([recorded[name] for name in kind.channels])
             value, sd = smoother.apply(signals, run.step)
+            sd *= final.noise_factor
             speed = kind.rides.spectra[ride].speed
             slip, slip_sd = -value[2:4] / speed, sd[2:4] / speed
             estimates.append(

@@ -73,6 +73,8 @@ def sentences(forces: RideForces) -> list[str]:
                 "the linear tyre no longer holds there."
             )
     lines.append(f"The model fits the spectra of the ride with chi^2 {forces.misfit:.2f} per number.")
+    if forces.widened > 1:
+        lines.append(f"The bands are {forces.widened:.2f} times wider, because the model does not fit.")
     if forces.goodness < TRUSTED:
         lines.append(
             "This chi^2 is too large, so neither bands nor fitted parameters can be trusted. `velotyre diagnose` with "

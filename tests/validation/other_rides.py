@@ -117,7 +117,7 @@ def draw_other_rides(
     rng: Random, speeds: Sequence[float], *, base: str, duration: float = 300.0, **of_bicycle: Any
 ) -> list[Ride]:
     """Rides of a fresh bicycle, one at each of the ``speeds`` (m/s), recorded by three gyros for ``duration`` s."""
-    for _ in range(TRIES):
+    for _ in range(5 * TRIES):  # few riders hold a bicycle after a pure delay
         bicycle = draw_bicycle(rng, base=base, **of_bicycle)
         try:
             riders = [tune_rider(bicycle.motion(speed), rng) for speed in speeds]

@@ -1,5 +1,8 @@
 """Tyre forces of a ride: the smoother against dense matrices, what the command prints and writes, what is refused."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,6 +13,7 @@ import velotyre as vt
 from bicycle.identification import Run, read_ride
 from studies.cli import main
 from studies.diagnosis import spectra_of_rides
+from studies.inference import fit
 from studies.rides import LINEAR_SHARE, Record, thinned
 
 TYRE = vt.RelaxationLength(cornering_stiffness={"rear": 8000.0, "front": 4000.0}, relaxation_length=0.1)
@@ -165,12 +169,31 @@ def test_command_writes_table_and_figure(printed, folder):
     assert {"time_s", "rear_lateral_force_N", "front_slip_angle_deg_sd", "rear_grip_share"} <= set(table)
 
 
+def test_bands_are_wider_by_the_root_of_the_misfit_where_the_model_does_not_fit(folder, monkeypatch):
+    """The residuals of a fit are made twice as large after it; the forces stay."""
+    model = vt.Model("benchmark", TYRE)
+    asked = {"steering": "nobody"}
+    plain = vt.ride_forces(model, (folder / "ride.csv", SPEED), **asked)
+
+    def poor_fit(*args, **options):
+        final = fit(*args, **options)
+        return replace(final, objective=4 * final.objective)
+
+    monkeypatch.setattr("studies.rides.estimate.fit", poor_fit)
+    wide = vt.ride_forces(model, (folder / "ride.csv", SPEED), **asked)
+    assert plain.widened == 1
+    assert wide.widened == pytest.approx(2, rel=0.1)
+    np.testing.assert_allclose(wide.segments[0].force, plain.segments[0].force)
+    np.testing.assert_allclose(wide.segments[0].force_sd, wide.widened * plain.segments[0].force_sd)
+
+
 def test_numbers_of_a_model_that_does_not_fit_are_not_offered(printed, folder):
     """A steering with a damper of 30 N m s/rad, of which the ride has none."""
     (folder / "damped.toml").write_text(MODEL + "[effects.steer_damper]\ndamping = 30.0\n")
     said = printed(
         "forces", f"{folder / 'ride.csv'}@{SPEED}", "--model", folder / "damped.toml", "--steering", "nobody"
     )
+    assert re.search(r"The bands are \d+\.\d\d times wider, because the model does not fit", said)
     assert "neither bands nor fitted parameters can be trusted" in said
     assert "Parameters that the ride has narrowed" not in said
 
