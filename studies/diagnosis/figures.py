@@ -62,9 +62,10 @@ def draw_story(story: Story, names: Mapping[str, str], target: Path) -> bool:
             axis.bar_label(bars, [f"{x:.3g}" for x in values.values()], padding=3, fontsize=8)
         low, high = chdtri(story.gap.noise, (0.975, 0.025)) / story.gap.noise
         axis.axvspan(low, high, color="0.85", zorder=0, label="noise, 95 %")
-        most = max(value / gap.noise for _, gap in rows for value in gap.steps.values())
+        numbers = [value / gap.noise for _, gap in rows for value in gap.steps.values()]
+        least = max(0.5 * min(numbers), 1e-3)  # the shortest bar has its number too
         axis.set_yticks(range(len(steps)), [names[step] for step in steps])
-        axis.set(xscale="log", xlim=(0.3, 4 * max(most, 1.0)), xlabel="χ² per data point")
+        axis.set(xscale="log", xlim=(min(0.3, least), 4 * max(*numbers, 1.0)), xlabel="χ² per data point")
         plain_ticks(axis.xaxis, 1.0)
         axis.invert_yaxis()
         axis.grid(visible=False, axis="y")
@@ -133,7 +134,10 @@ def draw_before_after(judgement: Judgement, target: Path) -> bool:
 def _label_abscissa(axis: Any, rows: Rows, series: str) -> None:
     """Label the abscissa of an ``axis`` with its quantity, or with the names of the conditions."""
     if not rows.condition:
-        axis.set_xlabel(rows.show(series).axis or rows.axis)
+        label = rows.show(series).axis or rows.axis
+        axis.set_xlabel(label)
+        if label and ", " not in label:  # counted, without a unit
+            axis.locator_params(axis="x", integer=True)
         return
     crowded = sum(map(len, rows.condition)) > 40  # letters
     turned: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if crowded else {}

@@ -116,9 +116,14 @@ def to_sd(value: float, sd: float) -> str:
         return number(value, 3)
     places = 1 - math.floor(math.log10(sd))
     if 1e-4 <= sd < 1e7:
-        return f"{round(value, places):.{max(places, 0)}f}"
+        return f"{round(value, places) + 0.0:.{max(places, 0)}f}"  # no -0
     digits = places + math.floor(math.log10(abs(value))) + 1 if value else 1
     return f"{value:.{max(digits, 1)}g}"
+
+
+def shift(value: float) -> str:
+    """A shift in standard uncertainties, with its sign unless it prints as zero."""
+    return f"{value:+.1f}" if abs(value) >= 0.05 else "0.0"
 
 
 def misfit(value: float) -> str:
@@ -187,7 +192,7 @@ def _environment(*, markdown: bool) -> Any:
 
     environment = make_environment("studies.diagnosis", escaped=markdown, trim_blocks=True, lstrip_blocks=True)
     names = (said, listed, plain_name, alternatives, term_name, upper_first)
-    filters = (*names, unit_of, probability, compared, percent, number, to_sd, misfit, cells, as_moved, bar)
+    filters = (*names, unit_of, probability, compared, percent, number, to_sd, shift, misfit, cells, as_moved, bar)
     environment.filters |= {filter_.__name__: filter_ for filter_ in filters}
     environment.filters |= {"line": _line, "cell": lambda text: Markup(cell(text))}
     environment.globals |= {"rules": RULES, "parameters": PARAMETERS, "far_ahead": FAR_AHEAD, "most_similar": 3}

@@ -43,7 +43,7 @@ from studies.inference import (
     fit_effect_alone,
     judge,
 )
-from studies.reporting import made_by
+from studies.reporting import made_by, plotting
 from tyre.ground import InputError
 
 WHERE = r"\*\*Where:\*\* [ab]: measured [\d.]+ above the base model \(mean measured [\d.]+\), time [\d.]+ to 6 s\."
@@ -137,6 +137,17 @@ def written(found, findings=None):
 
 def first_screen(text):
     return text.split("# Details")[0]
+
+
+def test_the_bar_of_a_misfit_far_below_noise_is_drawn_with_its_number(one, canvases, monkeypatch, tmp_path):
+    monkeypatch.setattr("studies.diagnosis.figures.drawing", plotting.drawing)
+    found = find(one)
+    tiny = dataclasses.replace(found.story, gap=dataclasses.replace(found.story.gap, adjusted=0.5))  # 0.02 of 24
+    write_report(one, tmp_path, dataclasses.replace(found, story=tiny))
+    (axis,) = canvases[0].axes
+    shortest = min(bar.get_width() for bars in axis.containers for bar in bars)
+    assert shortest == pytest.approx(0.5 / 24)
+    assert axis.get_xlim()[0] <= 0.5 * shortest
 
 
 def test_the_story_credits_the_effect_alone_before_the_parameters(one):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from read_report import read_report
+from read_report import printed, read_report
 from small_library import among
 
 from bicycle import Model, load_bicycle
@@ -18,7 +18,6 @@ from studies.diagnosis import (
     corrected,
     find,
     fit_residual,
-    number,
     page,
     read_measurement,
     record,
@@ -74,8 +73,9 @@ def test_the_page_has_a_section_with_its_figure(reported):
     text = read_report(reported.folder)
     section = text.split("Unmodelled torque</summary>")[1].split("</details>")[0]
     assert "are fitted by an empirical torque, linear in the state (`unmodelled_torque`)." in section
-    value = reported.findings.torque.values["steer_from_steer_rate"]
-    assert f"| steer torque from steer rate | {number(value, 3)} N m s/rad |" in section
+    torque = reported.findings.torque
+    value, sd = printed(*(of["steer_from_steer_rate"] for of in (torque.values, torque.sd))).split(" ± ")
+    assert f"| steer torque from steer rate | {value} N m s/rad | {sd} |" in section
     assert (reported.folder / "unmodelled_torque.png").stat().st_size > 10_000
     model = read_model(reported.folder / "model.toml")
     assert "unmodelled_torque" in [e.identifier for e in model.effects]
