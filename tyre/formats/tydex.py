@@ -203,7 +203,10 @@ def _columns(line: str, where: str) -> tuple[str, str, str, str]:
     """Name, description, unit and the rest; by columns, or by wide gaps where a writer missed the columns."""
     name = line.split(maxsplit=1)[0]
     if len(name) > _FIELD:
-        raise InputError(f"{where}: name {name[:40]!r} is longer than its field of {_FIELD} columns")
+        raise InputError(
+            f"{where}: name {name[:40]!r} is longer than its field of {_FIELD} columns; shorten it, or put a blank "
+            "between a name that fills the field and its description"
+        )
     torn = any(len(line) > cut and line[cut - 1 : cut + 1].strip() == line[cut - 1 : cut + 1] for cut in (40, 50))
     if line[0] != " " and not torn:
         return name, line[len(name) : 40].strip(), line[40:50].strip(), line[50:].strip()

@@ -213,7 +213,8 @@ def test_kind_and_pull_round_trip(tmp_path, run):
     (lambda s: s.replace("INFLPRES", "INFLPREX"), "no pressure .constant INFLPRES or NOMPRES. and no such channel"),
     (lambda s: s.replace("flat belt", "drum"), "measured on a drum, but constant DRUMRAD"),
     (lambda s: s.split(" 1   0")[0] + "**END", "holds no rows"),
-    (lambda s: s.replace("SLIPANGL ", "SLIPANGLE_MEAN "), "name 'SLIPANGLE_MEAN' is longer than its field of 10"),
+    (lambda s: s.replace("SLIPANGL ", "SLIPANGLE_MEAN "),
+     "name 'SLIPANGLE_MEAN' is longer than its field of 10 columns; shorten it, or put a blank"),
     (lambda s: s.replace("**MEASURCHANNELS\n", "**MEASURCHANNELS\n FYX alone\n"), "the line of FYX keeps to no"),
     (lambda s: s.replace("-2.0      0         3.0", "-2.0 0 3 1"), "channel FYW has 4 numbers after its unit"),
 ])  # fmt: skip
