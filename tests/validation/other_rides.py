@@ -33,6 +33,7 @@ STEP = 0.002  # s, over which inputs are held
 EACH = round(SAMPLE / STEP)
 SETTLING = 20.0  # s, before the recording begins
 DECAYED, LEFT = 8.0, 0.05  # s, and the share of a free motion that may be left then
+RIDERS = 12  # drawn for a bicycle, most of whom do not hold it after a pure delay
 SWING, SWING_PERIOD = 0.33, 60.0  # of the size of the wind, s
 
 
@@ -117,18 +118,26 @@ def draw_other_rides(
     rng: Random, speeds: Sequence[float], *, base: str, duration: float = 300.0, **of_bicycle: Any
 ) -> list[Ride]:
     """Rides of a fresh bicycle, one at each of the ``speeds`` (m/s), recorded by three gyros for ``duration`` s."""
-    for _ in range(5 * TRIES):  # few riders hold a bicycle after a pure delay
+    for _ in range(TRIES):
         bicycle = draw_bicycle(rng, base=base, **of_bicycle)
         try:
-            riders = [tune_rider(bicycle.motion(speed), rng) for speed in speeds]
+            riders = [draw_rider(bicycle.motion(speed), rng) for speed in speeds]
         except InputError:
             continue
-        if all(holds(bicycle.motion(speed), rider) for speed, rider in zip(speeds, riders, strict=True)):
-            return [
-                other_ride(bicycle, speed, rider, rng, duration=duration)
-                for speed, rider in zip(speeds, riders, strict=True)
-            ]
+        return [
+            other_ride(bicycle, speed, rider, rng, duration=duration)
+            for speed, rider in zip(speeds, riders, strict=True)
+        ]
     raise InputError(f"nobody rides such a bicycle at {', '.join(f'{v:g}' for v in speeds)} m/s")
+
+
+def draw_rider(motion: Motion, rng: Random) -> Rider:
+    """A rider who holds the bicycle after a pure delay; InputError if none of :data:`RIDERS` does."""
+    for _ in range(RIDERS):
+        rider = tune_rider(motion, rng)
+        if holds(motion, rider):
+            return rider
+    raise InputError(f"none of {RIDERS} riders holds the bicycle at {motion.speed:g} m/s")
 
 
 def holds(motion: Motion, rider: Rider) -> bool:
