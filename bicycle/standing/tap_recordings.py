@@ -203,7 +203,10 @@ def _damping_change(recording: TapRecording, decay: Decay) -> DampingChange | No
     run, begin = _stretched(recording), float(decay.estimate.window.start)
     halved = math.log(2) / abs(decay.eigenvalue.real)
     middle = begin + max(halved, EARLY_CYCLES * 2 * math.pi / abs(decay.eigenvalue))
-    early, late = identify(run, first_s=begin, last_s=middle), identify(run, first_s=middle)
+    try:
+        early, late = identify(run, first_s=begin, last_s=middle), identify(run, first_s=middle)
+    except InputError:  # too few samples of one of them, or a channel that shows nothing then
+        return None
     if early.rejected or late.rejected:
         return None
     (_, (early_ratio, early_sd)), (_, (late_ratio, late_sd)) = _numbers(early), _numbers(late)

@@ -58,3 +58,17 @@ def test_a_viscous_decay_has_one_damping_ratio():
     assert Readings((), (found,)).change is None
     assert found.damping_ratio == pytest.approx(RATIO, abs=4 * found.damping_ratio_sd)
     assert found.damping_ratio_sd < 0.05 * RATIO
+
+
+def test_a_tap_that_has_not_halved_when_the_recording_ends_is_read():
+    """20 Hz at a damping ratio of 0.05 % halve in 11 s; whether damping changes after that cannot be told from 4 s."""
+    time, turn = np.arange(0, 4, 0.0025), 2 * np.pi * 20
+    noise = np.random.default_rng(6406).normal(0, 0.02, (2, len(time)))
+    decay = np.exp(-0.0005 * turn * time) * np.sin(turn * time)
+    signals = {"hub_lateral_m_s2": 5 * decay + noise[0], "stem_lateral_m_s2": 2 * decay + noise[1]}
+    places = {"hub_lateral_m_s2": Place(0.0), "stem_lateral_m_s2": Place(0.6, "fork")}
+    (tap,) = identify_taps([TapRecording("tap", time, signals)], places)
+    assert tap.change is None
+    assert tap.frequency_hz == pytest.approx(20, rel=1e-4)
+    assert tap.damping_ratio == pytest.approx(0.0005, rel=0.01)
+    assert tap.ratios[0].value == pytest.approx(0.4, rel=0.01)
