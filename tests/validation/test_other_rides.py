@@ -12,7 +12,7 @@ from tyre.ground import InputError
 
 @pytest.fixture(scope="module")
 def taken():
-    return draw_other_rides(np.random.default_rng(6401), [6.0], base="benchmark", duration=20.0, spread=0.0)[0]
+    return draw_other_rides(np.random.default_rng(6411), [6.0], base="benchmark", duration=20.0, spread=0.0)[0]
 
 
 def test_forces_accelerate_the_whole(taken):
