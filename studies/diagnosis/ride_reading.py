@@ -134,6 +134,13 @@ def spectra_of_rides(
     return RidesRead(Rides(spectra, disturbances), tuple(groups), left_out, all_notes)
 
 
+def lowest_of_all(rides: Sequence[Ride], periods: float) -> float:
+    """Lowest frequency (Hz), at most :data:`LOWEST_HZ`, with ``periods`` in the longest segment of every speed."""
+    groups = _by_speed([run for ride in rides for run in ride.segments])
+    longest = [max(run.step * len(run.time) for run in group) for group in groups]
+    return min(LOWEST_HZ, periods / min(longest)) if longest else LOWEST_HZ
+
+
 def _channels(runs: Sequence[Run]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Channels that all ``runs`` have and that differ in their motion; notes on those that are not used."""
     common = [name for name in CHANNELS if all(name in run.channels for run in runs)]

@@ -25,7 +25,7 @@ THOROUGH, GUIDE, ROUGH = (60, 60), (20, 20), (20, 7)
 
 LIGHTER = (1e-3, 3e-2)  # shares of a misfit that count at first, where a start is far off
 PATIENCE = {100.0: 5, 1.5: 8}
-"""Times the objective that is reached elsewhere, above which a fit is given up -> turns that gained less than 10 %."""
+"""Times the objective reached elsewhere, above which a fit is given up -> after so many iterations of 10 % in all."""
 PROBE = 0.1  # of a step: where the second derivative along it is taken
 
 Evaluate = Callable[..., tuple[Array, Array]]
@@ -142,8 +142,10 @@ def _given_up(
     poor = turns != THOROUGH and objective > 10.0 * count
     if not np.isfinite(decrement) or decrement < 1e-9 or (poor and decrement <= 1e-2 * objective):
         return True
-    patience = next((turns_left for times, turns_left in PATIENCE.items() if objective > times * reached), turn + 1)
-    if (poor and turn >= turns[1]) or (turn >= patience and objective > 0.9 * past[-1 - patience]):
+    if poor and turn >= turns[1]:
+        return True
+    patience = next((few for times, few in PATIENCE.items() if objective > times * reached), None)
+    if patience is not None and turn >= patience and objective > 0.9 * past[-1 - patience]:
         return True
     # four turns gained next to nothing of what one step promises, beside values that are not finite
     crept = turn >= 4 and past[-5] - objective < 0.05 * decrement

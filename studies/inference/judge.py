@@ -10,7 +10,7 @@ from scipy.special import chdtrc
 
 from studies.inference.acceptance import AcceptanceCheck
 from studies.inference.evidence import HeldOut, held_out, left_over, whiteness, within_uncertainty
-from studies.inference.fit import Fit, Moved, compare_nuisances, default_starts, fit, prior
+from studies.inference.fit import Fit, Moved, compare_nuisances, default_starts, fit, lowest_explaining, prior
 from studies.inference.kind import Kind, Proposal
 from studies.inference.parameter import Array, Candidate
 from studies.inference.rules import RULES
@@ -190,7 +190,7 @@ def _find_better_term(hypotheses: Hypotheses, leader: Fit) -> str:
     kind = hypotheses.kind.thin(RULES.thinned)
     terms = kind.directions()
     fits = [leader if kind is hypotheses.kind else fit(kind, leader.candidates, starts=[leader.theta])]
-    reached = fits[0].objective if fits[0].fits_data else math.inf
+    reached = lowest_explaining(fits)
     for remaining in chain(*(combinations(leader.candidates, n) for n in range(len(leader.candidates)))):
         if all(c.mistake for c in leader.candidates if c not in remaining):
             continue

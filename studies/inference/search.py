@@ -322,9 +322,8 @@ def _retry_soft_joints(hypotheses: Hypotheses) -> Hypotheses:
         ladder = f.candidates[0].ladder
         if len(f.candidates) == 1 and ladder and f.objective < objective_limit:
             starts = [np.concatenate([hypotheses.null.theta, softness]) for softness in ladder]
-            limit = (
-                reached if f.objective > RULES.poor * reached else math.inf
-            )  # else it may be the closest alternative
+            close = f.objective <= RULES.poor * reached  # it may be the closest alternative, whose misfit is reported
+            limit = math.inf if close else reached
             refits.append(fit_hypothesis(hypotheses.kind, f.candidates, starts, reached=limit))
     return hypotheses.adopt_better(refits)
 

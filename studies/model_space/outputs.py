@@ -68,9 +68,13 @@ class Output:
             return "" if self.complex_valued else "modes"
         return "stability" if self.scalar and self.by_speed else ""
 
+    def of_pair(self, first: Complex, second: Complex) -> Any:
+        """Values (any shape) of a MODE output from the two roots of a mode; NaN where it has none."""
+        return np.where(np.isnan(first), np.nan, self.function(first, second))
+
     def of_root(self, root: Any) -> Any:
         """A MODE output from oscillating roots (any shape)."""
-        return self.function(root, np.full_like(root, np.nan))
+        return self.of_pair(root, np.full_like(root, np.nan))
 
     def root_gradient(self, root: complex, slope: Complex) -> Array:
         """Derivatives (k,) of a MODE output from an oscillating root and its derivatives (k,)."""

@@ -14,7 +14,7 @@ from bicycle.identification.ride_recording import read_ride
 from bicycle.model.model import Model
 from studies.diagnosis.candidates import nobody_rides
 from studies.diagnosis.ride_disturbances import CONTROLLER, NOBODY, RIDER
-from studies.diagnosis.ride_reading import LOWEST_HZ, spectra_of_rides
+from studies.diagnosis.ride_reading import lowest_of_all, spectra_of_rides
 from studies.diagnosis.ride_spectra import RideSpectra
 from studies.inference.fit import Fit, fit
 from studies.rides.forces import SegmentForces, segment_forces
@@ -35,7 +35,9 @@ LINEAR_SHARE = 0.28
 """Share of the grip at which a brush tyre, F = C a (1 - x/3 + x^2/27) with x = C a / (grip load) = 0.31, gives 10 %
 less force than the linear one."""
 NARROWED = 0.8  # sd after the ride over the sd before, below which a parameter is worth a row
-PERIODS = 9.0  # of the lowest frequency of the spectra in the longest segment; slower ones are extrapolated
+PERIODS = 9.0
+"""Periods of the lowest frequency of the spectra. Slow forces are the largest; which slow input made them is read from
+the spectra, and guessed below their lowest frequency."""
 TRUSTED = 1e-4  # P(chi^2 larger) below which the bands of a ride are not to be trusted
 RideFile = str | Path | tuple[str | Path, float]
 
@@ -194,7 +196,7 @@ def forces_of_rides(
     _refuse_rolling(model)
     _check(grip, steering)
     rides_read = spectra_of_rides(
-        rides, steering=steering, ridden=not nobody_rides(model), lowest_hz=_lowest_frequency(rides)
+        rides, steering=steering, ridden=not nobody_rides(model), lowest_hz=lowest_of_all(rides, PERIODS)
     )
     common = {"name": "ride", "model": model, "uncertainty": dict(uncertainty or {})}
     kind = RideSpectra.of_rides(rides_read, {}, common).prepare()
@@ -212,15 +214,6 @@ def forces_of_rides(
         kind.left_out,
         tuple(note for note in kind.notes if note not in kind.left_out),
     )
-
-
-def _lowest_frequency(rides: Sequence[Ride]) -> float:
-    """Lowest frequency (Hz) of the spectra.
-
-    Slow forces are the largest. Which slow input made them is read from the spectra, and a guess below their lowest.
-    """
-    durations = [run.step * len(run.time) for ride in rides for run in ride.segments]
-    return min(LOWEST_HZ, PERIODS / max(durations, default=PERIODS / LOWEST_HZ))
 
 
 def _refuse_rolling(model: Model) -> None:

@@ -124,6 +124,7 @@ def figure_of_forces(forces: RideForces, target: Path, *, synthetic: bool) -> No
             f" {segment.force[wheel, place]:.0f} N, {share:.0f} % of the grip",
             (middle, segment.force[wheel, place]),
             fontsize=8.5,
+            bbox={"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.5},
         )
         panels[-1].set_xlabel("time, s")
         figure.suptitle(f"{label}{segment.name} at {segment.speed:.3g} m/s", x=0.01, ha="left", fontsize=10)

@@ -25,7 +25,7 @@ BARE_RATIO = 0.03
 
 @dataclass(frozen=True)
 class DampingUse:
-    """Whether a measured damping is used in the model, and why not."""
+    """Use of a measured damping in the model, or the reason against it."""
 
     measured: bool  # it was read
     used: bool  # it is used in the model

@@ -113,7 +113,7 @@ class Worker:
             for k in [k for k, name in enumerate(self.modes) if name in rules.names]:
                 of_mode = (stack.second == NONE) & (stack.first == rules.names.index(self.modes[k]))
                 pairs[:, :, k] = named_pair(stack.values, of_mode)
-        return {output.name: output.function(pairs[..., 0], pairs[..., 1]) for output in self.sweep.outputs_from(MODE)}
+        return {output.name: output.of_pair(pairs[..., 0], pairs[..., 1]) for output in self.sweep.outputs_from(MODE)}
 
     def _compute_from_models(self, output: Output, points: Points, start: int, count: int) -> Array:
         """Values (count, ...) of an output of models, of the items from number ``start`` on."""

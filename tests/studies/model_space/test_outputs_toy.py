@@ -33,7 +33,7 @@ def toys():
 
     @output("turns", unit="1", label="turns in a second", source=MODE)
     def turns(first, second):
-        return np.where(np.isnan(first), np.nan, first.imag / (2 * np.pi))  # a mode may have no root
+        return first.imag / (2 * np.pi)
 
     @output("trail_speed", unit="m^2/s", label="Trail times speed", source=OF_MODEL)
     def trail_speed(model, speeds, max_speed):

@@ -228,12 +228,17 @@ def test_turns_are_kept_on_request(tmp_path):
     assert len(read_ride(file, 5.0, keep_turns=True).segments) == 1
 
 
-@pytest.mark.parametrize(("seconds", "lowest"), [(300.0, 0.03), (30.0, 0.2)])
+@pytest.mark.parametrize(
+    ("seconds", "lowest"), [((300.0,), 0.03), ((30.0,), 0.2), ((300.0, 60.0), 0.15)], ids=["long", "short", "both"]
+)
 def test_spectra_begin_at_nine_periods_of_the_longest_segment(tmp_path, monkeypatch, seconds, lowest):
     """Slow forces are the largest; which input made them is a guess below the lowest frequency of the spectra."""
-    time, rates = shaken(6202, seconds)
     columns = "time_s,roll_rate_rad_s,yaw_rate_rad_s,steer_rate_rad_s"
-    np.savetxt(tmp_path / "ride.csv", np.column_stack([time, rates]), "%.6f", ",", header=columns, comments="")
+    files = []
+    for k, duration in enumerate(seconds):  # each at a speed of its own
+        time, rates = shaken(6202, duration)
+        files.append((tmp_path / f"ride_{k}.csv", SPEED + k))
+        np.savetxt(files[-1][0], np.column_stack([time, rates]), "%.6f", ",", header=columns, comments="")
     asked = []
 
     def stop(rides, *, lowest_hz, **how):
@@ -242,5 +247,5 @@ def test_spectra_begin_at_nine_periods_of_the_longest_segment(tmp_path, monkeypa
 
     monkeypatch.setattr("studies.rides.estimate.spectra_of_rides", stop)
     with pytest.raises(vt.InputError, match="enough"):
-        vt.ride_forces(vt.Model("benchmark", TYRE), (tmp_path / "ride.csv", SPEED))
+        vt.ride_forces(vt.Model("benchmark", TYRE), files)
     assert asked == [pytest.approx(lowest, rel=0.01)]
