@@ -62,9 +62,9 @@ class RideForces:
     static_loads: tuple[float, float]  # N, rear and front
     grip: float  # largest lateral force over load
     grip_assumed: bool
-    misfit: float  # chi^2 of the spectra for each of their numbers; 1 where all is as modelled
+    misfit: float  # chi^2 of spectra and shifted parameters, for each number of the spectra; 1 where all is as modelled
     goodness: float  # probability of a larger chi^2
-    widened: float  # factor on all uncertainties, root of chi^2 a number; 1 where the model fits the spectra
+    widened: float  # factor on all uncertainties, root of the misfit; 1 where the model fits the spectra
     converged: bool  # the fit of the spectra came to an end
     narrowed: tuple[Narrowed, ...]
     left_out: tuple[str, ...]  # sentences: parts of the rides that are not used, and why
@@ -206,7 +206,7 @@ def forces_of_rides(
         model.bicycle.static_loads,
         GRIP if grip is None else grip,
         grip is None,
-        final.chi2 / len(final.residual),
+        final.objective / len(final.residual),
         final.goodness,
         final.noise_factor,
         final.converged,

@@ -72,9 +72,9 @@ def sentences(forces: RideForces) -> list[str]:
                 f"The {wheel} tyre is above {100 * LINEAR_SHARE:.0f} % of the grip in {100 * share:.2g} % of the time; "
                 "the linear tyre no longer holds there."
             )
-    lines.append(f"The model fits the spectra of the ride with chi^2 {forces.misfit:.2f} per number.")
+    lines.append(f"Chi^2 of the spectra and of shifted parameters is {forces.misfit:.2f} per number of the spectra.")
     if forces.widened > 1:
-        lines.append(f"The bands are {forces.widened:.2f} times wider, because the model does not fit.")
+        lines.append(f"The bands are {forces.widened:.2f} times wider, by its root, because the model does not fit.")
     if forces.goodness < TRUSTED:
         lines.append(
             "This chi^2 is too large, so neither bands nor fitted parameters can be trusted. `velotyre diagnose` with "

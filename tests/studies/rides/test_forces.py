@@ -193,7 +193,9 @@ def test_numbers_of_a_model_that_does_not_fit_are_not_offered(printed, folder):
     said = printed(
         "forces", f"{folder / 'ride.csv'}@{SPEED}", "--model", folder / "damped.toml", "--steering", "nobody"
     )
-    assert re.search(r"The bands are \d+\.\d\d times wider, because the model does not fit", said)
+    assert re.search(r"The bands are \d+\.\d\d times wider, by its root, because", said)
+    misfit = float(re.search(r"shifted parameters is (\S+) per", said)[1])
+    assert float(re.search(r"are (\S+) times wider", said)[1]) == pytest.approx(misfit**0.5, rel=0.01)
     assert "neither bands nor fitted parameters can be trusted" in said
     assert "Parameters that the ride has narrowed" not in said
 
