@@ -121,8 +121,10 @@ def figure_of_forces(forces: RideForces, target: Path, *, synthetic: bool) -> No
                 panel.set_ylim(-reach, reach)
         panels[wheel].plot(middle, segment.force[wheel, place], "o", color="black", markersize=4)
         panels[wheel].annotate(
-            f" {segment.force[wheel, place]:.0f} N, {share:.0f} % of the grip",
+            f"{segment.force[wheel, place]:.0f} N, {share:.0f} % of the grip",
             (middle, segment.force[wheel, place]),
+            xytext=(6, 0),
+            textcoords="offset points",
             fontsize=8.5,
             bbox={"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.5},
         )
