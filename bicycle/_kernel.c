@@ -31,6 +31,7 @@
 #define LANES 2
 #endif
 
+typedef Py_ssize_t Index; /* as wide as a pointer: rows are found without a conversion */
 typedef double vec __attribute__((vector_size(LANES * 8)));
 typedef int64_t mask __attribute__((vector_size(LANES * 8)));
 
@@ -45,9 +46,8 @@ INLINE vec with_sign(vec a, vec b) { return (vec)(((mask)a & INT64_MAX) | ((mask
 INLINE vec all(double x) { return x - (vec){0}; }
 INLINE vec larger(vec a, vec b) { return pick(a > b, a, b); }
 INLINE vec root(vec a) {
-    vec b;
-    for (int l = 0; l < LANES; l++) b[l] = sqrt(a[l]);
-    return b;
+    for (int l = 0; l < LANES; l++) a[l] = sqrt(a[l]);
+    return a;
 }
 INLINE int any(mask m) {
     int64_t found = 0;
@@ -56,7 +56,7 @@ INLINE int any(mask m) {
 }
 
 typedef struct { /* work of one group of matrices, order n */
-    int n, ld; /* rows of h and t have ld = n + 1 entries; row n is zero */
+    Index n, ld; /* rows of h and t have ld = n + 1 entries; row n is zero */
     vec *h, *t, *v, *d, *beta; /* Hessenberg form, its copy, Householder vectors, balancing, factors of reflections */
     vec *change; /* dA */
     vec *re, *im; /* eigenvalues of the scaled matrix */
@@ -66,14 +66,14 @@ typedef struct { /* work of one group of matrices, order n */
 
 /* h = D^-1 h D with powers of two that make rows and columns alike */
 INLINE void balance(Work *w) {
-    int n = w->n, ld = w->ld;
+    Index n = w->n, ld = w->ld;
     vec *h = w->h, zero = {0};
-    for (int i = 0; i < n; i++) w->d[i] = all(1.0);
+    for (Index i = 0; i < n; i++) w->d[i] = all(1.0);
     for (int turn = 0, busy = 1; busy && turn < 20; turn++) {
         busy = 0;
-        for (int i = 0; i < n; i++) {
+        for (Index i = 0; i < n; i++) {
             vec c = zero, r = zero;
-            for (int j = 0; j < n; j++)
+            for (Index j = 0; j < n; j++)
                 if (j != i) c += size(h[j * ld + i]), r += size(h[i * ld + j]);
             vec own = size(h[i * ld + i]);
             mask row = (c == 0) & (r > own) & (own > TINY), column = (r == 0) & (c > own) & (own > TINY);
@@ -86,41 +86,41 @@ INLINE void balance(Work *w) {
             busy = 1;
             f = pick(good, f, all(1.0)), g = pick(good, g, all(1.0));
             w->d[i] *= f;
-            for (int j = 0; j < n; j++) h[j * ld + i] *= f;
-            for (int j = 0; j < n; j++) h[i * ld + j] *= g;
+            for (Index j = 0; j < n; j++) h[j * ld + i] *= f;
+            for (Index j = 0; j < n; j++) h[i * ld + j] *= g;
         }
     }
 }
 
 /* h = Q' h Q in Hessenberg form; Q = P_1 P_2 .., P_m = I - beta v v', v in column m of w->v */
 INLINE void reduce(Work *w) {
-    int n = w->n, ld = w->ld;
+    Index n = w->n, ld = w->ld;
     vec *h = w->h, zero = {0};
-    for (int m = 1; m < n - 1; m++) {
+    for (Index m = 1; m < n - 1; m++) {
         vec scale = zero, tail = zero, *v = w->v + m * n, sum = zero;
-        for (int i = m + 1; i < n; i++) tail += size(h[i * ld + m - 1]);
+        for (Index i = m + 1; i < n; i++) tail += size(h[i * ld + m - 1]);
         scale = tail + size(h[m * ld + m - 1]);
         mask there = tail > 0;
         vec one = 1.0 / pick(there, scale, all(1.0));
-        for (int i = m; i < n; i++) v[i] = h[i * ld + m - 1] * one, sum += v[i] * v[i];
+        for (Index i = m; i < n; i++) v[i] = h[i * ld + m - 1] * one, sum += v[i] * v[i];
         vec g = -with_sign(root(sum), v[m]);
         vec beta = 1.0 / pick(there, sum - v[m] * g, all(1.0));
         w->beta[m] = beta = pick(there, beta, zero);
         v[m] -= g;
-        for (int j = m; j < n; j++) {
+        for (Index j = m; j < n; j++) {
             vec f = zero;
-            for (int i = m; i < n; i++) f += v[i] * h[i * ld + j];
+            for (Index i = m; i < n; i++) f += v[i] * h[i * ld + j];
             f *= beta;
-            for (int i = m; i < n; i++) h[i * ld + j] -= f * v[i];
+            for (Index i = m; i < n; i++) h[i * ld + j] -= f * v[i];
         }
-        for (int i = 0; i < n; i++) {
+        for (Index i = 0; i < n; i++) {
             vec f = zero;
-            for (int j = m; j < n; j++) f += v[j] * h[i * ld + j];
+            for (Index j = m; j < n; j++) f += v[j] * h[i * ld + j];
             f *= beta;
-            for (int j = m; j < n; j++) h[i * ld + j] -= f * v[j];
+            for (Index j = m; j < n; j++) h[i * ld + j] -= f * v[j];
         }
         h[m * ld + m - 1] = pick(there, scale * g, h[m * ld + m - 1]);
-        for (int i = m + 1; i < n; i++) h[i * ld + m - 1] = zero;
+        for (Index i = m + 1; i < n; i++) h[i * ld + m - 1] = zero;
     }
 }
 
@@ -139,15 +139,16 @@ static void two_roots(Work *w, int l, int k, double x, double y, double bc) {
 
 /* eigenvalues of t, upper Hessenberg, which is spoilt */
 INLINE void francis(Work *w) {
-    int n = w->n, ld = w->ld, turns[LANES] = {0};
+    Index n = w->n, ld = w->ld;
+    int turns[LANES] = {0};
     vec *t = w->t, zero = {0}, norm = w->norm;
     mask end = (mask){0} + (n - 1); /* last row of the active window of each lane, -1: done */
-    for (;;) {
+    for (Index last = n - 1;;) {
         mask low = {0};
         for (int deflated = 1; deflated;) { /* windows from low to end */
             deflated = 0;
             low = (mask){0};
-            for (int i = 1; i < n; i++) {
+            for (Index i = 1; i <= last; i++) {
                 vec s = size(t[(i - 1) * ld + i - 1]) + size(t[i * ld + i]);
                 mask small = size(t[i * ld + i - 1]) <= DBL_EPSILON * pick(s == 0, norm, s);
                 t[i * ld + i - 1] = pick(small, zero, t[i * ld + i - 1]);
@@ -165,7 +166,8 @@ INLINE void francis(Work *w) {
                 deflated |= end[l] >= 0;
             }
         }
-        int first = n, last = -1, lowest = n;
+        Index first = n, lowest = n;
+        last = -1;
         vec x = zero, y = zero, bc = zero, p0 = zero, q0 = zero, r0 = zero;
         for (int l = 0; l < LANES; l++) {
             int k = (int)end[l];
@@ -175,7 +177,7 @@ INLINE void francis(Work *w) {
                 continue;
             }
             if (k > last) last = k;
-            if (low[l] < lowest) lowest = (int)low[l];
+            if (low[l] < lowest) lowest = low[l];
             x[l] = t[k * ld + k][l];
             y[l] = t[(k - 1) * ld + k - 1][l];
             bc[l] = t[k * ld + k - 1][l] * t[(k - 1) * ld + k][l];
@@ -186,13 +188,11 @@ INLINE void francis(Work *w) {
         }
         if (last < 0) return;
         mask start = low, open = end >= 0; /* two small entries below the diagonal in a row: start behind them */
-        for (int m = last - 2; m >= lowest; m--) {
+        for (Index m = last - 2; m >= lowest; m--) {
             mask here = open & ((mask){0} + m >= low) & ((mask){0} + m + 2 <= end);
             vec z = t[m * ld + m], below = t[(m + 1) * ld + m], a = x - z, b = y - z;
-            vec pm = (a * b - bc) / pick(below == 0, all(1.0), below) + t[m * ld + m + 1];
-            vec qm = t[(m + 1) * ld + m + 1] - z - a - b, rm = t[(m + 2) * ld + m + 1];
-            vec s = size(pm) + size(qm) + size(rm), one = 1.0 / pick(s == 0, all(1.0), s);
-            pm *= one, qm *= one, rm *= one;
+            vec pm = a * b - bc + t[m * ld + m + 1] * below; /* the first column of (H - x)(H - y), times below */
+            vec qm = (t[(m + 1) * ld + m + 1] - z - a - b) * below, rm = t[(m + 2) * ld + m + 1] * below;
             mask stop = (mask){0} + m == low;
             if (m) {
                 vec around = size(t[(m - 1) * ld + m - 1]) + size(z) + size(t[(m + 1) * ld + m + 1]);
@@ -203,39 +203,36 @@ INLINE void francis(Work *w) {
             open &= ~(here & stop);
             if (!any(open)) break;
         }
+        vec sum = size(p0) + size(q0) + size(r0), shrink = 1.0 / larger(sum, all(TINY));
+        p0 *= shrink, q0 *= shrink, r0 *= shrink;
         for (int l = 0; l < LANES; l++)
-            if (end[l] >= 0 && start[l] < first) first = (int)start[l];
-        for (int k = first; k < last; k++) {
+            if (end[l] >= 0 && start[l] < first) first = start[l];
+        for (Index k = first; k < last; k++) {
             mask kk = (mask){0} + k, active = (start <= kk) & (kk < end), begins = kk == start, more = kk + 1 < end;
-            vec s = all(1.0), p = p0, q = q0, r = r0;
+            vec p = p0, q = q0, r = r0;
             if (k > first) {
-                vec a = t[k * ld + k - 1], b = t[(k + 1) * ld + k - 1];
-                vec c = pick(more, t[(k + 2) * ld + k - 1], zero);
-                vec sum = size(a) + size(b) + size(c);
-                active &= begins | (sum != 0);
-                s = pick(begins | (sum == 0), all(1.0), sum);
-                vec one = 1.0 / s;
-                p = pick(begins, p0, a * one), q = pick(begins, q0, b * one), r = pick(begins, r0, c * one);
+                p = pick(begins, p0, t[k * ld + k - 1]), q = pick(begins, q0, t[(k + 1) * ld + k - 1]);
+                r = pick(begins, r0, t[(k + 2) * ld + k - 1]);
             }
             r = pick(more, r, zero);
-            vec g = with_sign(root(p * p + q * q + r * r), p);
-            g = pick(active, g, all(1.0));
+            vec square = p * p + q * q + r * r;
+            mask later = active & ~begins;
+            active &= square > TINY; /* what is smaller counts as zero beside entries of at most 1 */
+            vec g = with_sign(root(square), p);
             if (k > 0) {
                 vec *edge = t + k * ld + k - 1;
-                *edge = pick(active & ~begins, -g * s, pick(active & (low != start), -*edge, *edge));
-                for (int i = 1; i < 3; i++) edge[i * ld] = pick(active & ~begins, zero, edge[i * ld]);
+                *edge = pick(active & later, -g, pick(active & begins & (low != start), -*edge, *edge));
+                for (Index i = 1; i < 3; i++) edge[i * ld] = pick(later, zero, edge[i * ld]);
             }
             p += g;
-            vec one = 1.0 / pick(active, g, all(1.0)), other = 1.0 / pick(active, p, all(1.0));
-            vec f0 = pick(active, p * one, zero), f1 = pick(active, q * one, zero), f2 = pick(active, r * one, zero);
-            vec g1 = pick(active, q * other, zero), g2 = pick(active, r * other, zero);
+            vec one = pick(active, 1.0 / g, zero), other = pick(active, 1.0 / p, zero);
+            vec f0 = p * one, f1 = q * one, f2 = r * one, g1 = q * other, g2 = r * other;
             vec *t0 = t + k * ld, *t1 = t0 + ld, *t2 = t1 + ld;
-            for (int j = k; j <= last; j++) {
+            for (Index j = k; j <= last; j++) {
                 vec f = t0[j] + g1 * t1[j] + g2 * t2[j];
                 t0[j] -= f * f0, t1[j] -= f * f1, t2[j] -= f * f2;
             }
-            int stop = k + 3 < last ? k + 3 : last;
-            for (int i = lowest; i <= stop; i++) {
+            for (Index i = k + 3 < last ? k + 3 : last; i >= lowest; i--) { /* what the next step reads comes first */
                 vec *row = t + i * ld + k, f = f0 * row[0] + f1 * row[1] + f2 * row[2];
                 row[0] -= f, row[1] -= f * g1, row[2] -= f * g2;
             }
@@ -248,10 +245,10 @@ INLINE void francis(Work *w) {
 
 /* H - lambda = L U with row exchanges; w->mr, w->mi the multipliers, w->pr, w->pi the reciprocals of the pivots */
 INLINE void factor(Work *w, vec lr, vec li) {
-    int n = w->n, ld = w->ld;
+    Index n = w->n, ld = w->ld;
     vec zero = {0}, least = DBL_EPSILON * w->norm;
-    for (int j = 0; j < n; j++) w->ur[j] = w->h[j] - (j ? zero : lr), w->ui[j] = j ? zero : -li;
-    for (int i = 0; i < n; i++) {
+    for (Index j = 0; j < n; j++) w->ur[j] = w->h[j] - (j ? zero : lr), w->ui[j] = j ? zero : -li;
+    for (Index i = 0; i < n; i++) {
         vec *ar = w->ur + i * n, *ai = w->ui + i * n, *br = ar + n, *bi = ai + n;
         int more = i + 1 < n;
         vec sub = more ? w->h[(i + 1) * ld + i] : zero, cr = ar[i], ci = ai[i];
@@ -265,7 +262,7 @@ INLINE void factor(Work *w, vec lr, vec li) {
         vec or_ = pick(swap, cr, sub), oi = pick(swap, ci, zero);
         vec mr = w->mr[i] = TIMES_RE(or_, oi, pr, pi), mi = w->mi[i] = TIMES_IM(or_, oi, pr, pi);
         w->swap[i] = (vec)swap;
-        for (int j = i + 1; j < n; j++) {
+        for (Index j = i + 1; j < n; j++) {
             vec nr = w->h[(i + 1) * ld + j] - (j == i + 1 ? lr : zero), ni = j == i + 1 ? -li : zero;
             vec tr = pick(swap, nr, ar[j]), ti = pick(swap, ni, ai[j]);
             vec sr = pick(swap, ar[j], nr), si = pick(swap, ai[j], ni);
@@ -277,25 +274,25 @@ INLINE void factor(Work *w, vec lr, vec li) {
 
 INLINE vec unit(vec *xr, vec *xi, int n) {
     vec sum = {0};
-    for (int i = 0; i < n; i++) sum += xr[i] * xr[i] + xi[i] * xi[i];
+    for (Index i = 0; i < n; i++) sum += xr[i] * xr[i] + xi[i] * xi[i];
     vec length = root(sum), one = 1.0 / length;
-    for (int i = 0; i < n; i++) xr[i] *= one, xi[i] *= one;
+    for (Index i = 0; i < n; i++) xr[i] *= one, xi[i] *= one;
     return length;
 }
 
 /* (H - lambda) x = x in place, from the factors; the first step begins behind the exchanges */
 INLINE void solve_right(Work *w, vec *xr, vec *xi, int begin) {
-    int n = w->n;
-    for (int i = 0; !begin && i < n - 1; i++) {
+    Index n = w->n;
+    for (Index i = 0; !begin && i < n - 1; i++) {
         mask swap = (mask)w->swap[i];
         vec ar = pick(swap, xr[i + 1], xr[i]), ai = pick(swap, xi[i + 1], xi[i]);
         vec br = pick(swap, xr[i], xr[i + 1]), bi = pick(swap, xi[i], xi[i + 1]);
         xr[i] = ar, xi[i] = ai;
         xr[i + 1] = br - TIMES_RE(w->mr[i], w->mi[i], ar, ai), xi[i + 1] = bi - TIMES_IM(w->mr[i], w->mi[i], ar, ai);
     }
-    for (int i = n - 1; i >= 0; i--) {
+    for (Index i = n - 1; i >= 0; i--) {
         vec sr = xr[i], si = xi[i], *ur = w->ur + i * n, *ui = w->ui + i * n;
-        for (int j = i + 1; j < n; j++)
+        for (Index j = n - 1; j > i; j--) /* what was found last comes last: the sums before it need not wait for it */
             sr -= TIMES_RE(ur[j], ui[j], xr[j], xi[j]), si -= TIMES_IM(ur[j], ui[j], xr[j], xi[j]);
         xr[i] = TIMES_RE(sr, si, w->pr[i], w->pi[i]), xi[i] = TIMES_IM(sr, si, w->pr[i], w->pi[i]);
     }
@@ -303,15 +300,15 @@ INLINE void solve_right(Work *w, vec *xr, vec *xi, int begin) {
 
 /* (H - lambda)' x = x in place */
 INLINE void solve_left(Work *w, vec *xr, vec *xi) {
-    int n = w->n;
-    for (int i = 0; i < n; i++) {
+    Index n = w->n;
+    for (Index i = 0; i < n; i++) {
         vec zr = TIMES_RE(xr[i], xi[i], w->pr[i], w->pi[i]), zi = TIMES_IM(xr[i], xi[i], w->pr[i], w->pi[i]);
         vec *ur = w->ur + i * n, *ui = w->ui + i * n;
         xr[i] = zr, xi[i] = zi;
-        for (int j = i + 1; j < n; j++)
+        for (Index j = i + 1; j < n; j++)
             xr[j] -= TIMES_RE(ur[j], ui[j], zr, zi), xi[j] -= TIMES_IM(ur[j], ui[j], zr, zi);
     }
-    for (int i = n - 2; i >= 0; i--) {
+    for (Index i = n - 2; i >= 0; i--) {
         mask swap = (mask)w->swap[i];
         vec ar = xr[i] - TIMES_RE(w->mr[i], w->mi[i], xr[i + 1], xi[i + 1]);
         vec ai = xi[i] - TIMES_IM(w->mr[i], w->mi[i], xr[i + 1], xi[i + 1]);
@@ -322,37 +319,37 @@ INLINE void solve_left(Work *w, vec *xr, vec *xi) {
 
 /* x = Q x, of the Hessenberg form to that of the balanced matrix */
 INLINE void turn_back(Work *w, vec *x) {
-    int n = w->n;
-    for (int m = n - 2; m > 0; m--) {
+    Index n = w->n;
+    for (Index m = n - 2; m > 0; m--) {
         vec f = {0}, *v = w->v + m * n;
-        for (int i = m; i < n; i++) f += v[i] * x[i];
+        for (Index i = m; i < n; i++) f += v[i] * x[i];
         f *= w->beta[m];
-        for (int i = m; i < n; i++) x[i] -= f * v[i];
+        for (Index i = m; i < n; i++) x[i] -= f * v[i];
     }
 }
 
 /* vectors of the eigenvalue lambda of each lane: x right, u left, x of length 1 and u x = 1 */
 INLINE void vectors(Work *w, vec lr, vec li) {
-    int n = w->n;
+    Index n = w->n;
     vec *xr = w->x, *xi = xr + n, *ur = w->u, *ui = ur + n, zero = {0};
     factor(w, lr, li);
-    for (int i = 0; i < n; i++) xr[i] = ur[i] = all(1.0), xi[i] = ui[i] = zero;
+    for (Index i = 0; i < n; i++) xr[i] = ur[i] = all(1.0), xi[i] = ui[i] = zero;
     solve_right(w, xr, xi, 1), unit(xr, xi, n);
     solve_right(w, xr, xi, 0);
     vec growth = unit(xr, xi, n);
     solve_left(w, ur, ui), unit(ur, ui, n);
     solve_left(w, ur, ui), unit(ur, ui, n);
     vec *parts[4] = {xr, xi, ur, ui};
-    for (int k = 0; k < 4; k++) turn_back(w, parts[k]);
+    for (Index k = 0; k < 4; k++) turn_back(w, parts[k]);
     vec dr = zero, di = zero;
-    for (int i = 0; i < n; i++) dr += TIMES_RE(xr[i], xi[i], ur[i], ui[i]), di += TIMES_IM(xr[i], xi[i], ur[i], ui[i]);
+    for (Index i = 0; i < n; i++) dr += TIMES_RE(xr[i], xi[i], ur[i], ui[i]), di += TIMES_IM(xr[i], xi[i], ur[i], ui[i]);
     vec square = dr * dr + di * di;
     mask good = (square > ILL * ILL) & (growth * w->norm > GROWTH);
     w->bad = pick(good, w->bad, all(1.0));
-    for (int i = 0; i < n; i++) xr[i] *= w->d[i], xi[i] *= w->d[i], ur[i] /= w->d[i], ui[i] /= w->d[i];
+    for (Index i = 0; i < n; i++) xr[i] *= w->d[i], xi[i] *= w->d[i], ur[i] /= w->d[i], ui[i] /= w->d[i];
     vec length = unit(xr, xi, n), one = length / square;
     dr *= one, di *= one; /* u / (u x) = u conj(u x) / |u x|^2 */
-    for (int i = 0; i < n; i++) {
+    for (Index i = 0; i < n; i++) {
         vec a = TIMES_RE(ur[i], ui[i], dr, -di), b = TIMES_IM(ur[i], ui[i], dr, -di);
         ur[i] = a, ui[i] = b;
     }
@@ -360,26 +357,31 @@ INLINE void vectors(Work *w, vec lr, vec li) {
 
 /* matrices of one group into lanes, scaled to entries of at most 1 */
 INLINE void load(Work *w, const double *from, int count) {
-    int n = w->n, ld = w->ld;
-    w->bad = (vec){0};
+    Index n = w->n, ld = w->ld;
     memset(w->h, 0, sizeof(vec) * (size_t)(ld * ld));
-    for (int l = 0; l < LANES; l++) {
-        const double *a = from + (size_t)(l < count ? l : 0) * n * n;
-        double most = 0, sum = 0;
-        for (int i = 0; i < n * n; i++) {
-            double entry = fabs(a[i]);
-            sum += entry * 0.0; /* NaN where an entry is not finite */
-            if (entry > most) most = entry;
+    const double *a[LANES];
+    for (int l = 0; l < LANES; l++) a[l] = from + (size_t)(l < count ? l : 0) * n * n;
+    vec most = {0}, shrink;
+    mask finite = most == 0;
+    for (Index i = 0; i < n; i++) {
+        vec of_row = {0};
+        for (Index j = 0; j < n; j++) {
+            vec entry;
+            for (int l = 0; l < LANES; l++) entry[l] = a[l][i * n + j];
+            w->h[i * ld + j] = entry;
+            finite &= size(entry) <= DBL_MAX;
+            of_row = larger(size(entry), of_row);
         }
-        int power = 0;
-        if (sum != 0) w->bad[l] = 1.0, most = 0;
-        else if (most > 0) frexp(most, &power);
-        power = power > 1000 ? 1000 : power < -1000 ? -1000 : power;
-        double shrink = most > 0 ? ldexp(1.0, -power) : 0.0;
-        w->scale[l] = ldexp(1.0, power);
-        for (int i = 0; i < n; i++)
-            for (int j = 0; j < n; j++) w->h[i * ld + j][l] = most > 0 ? a[i * n + j] * shrink : 0.0;
+        most = larger(of_row, most);
     }
+    w->bad = pick(finite, all(0.0), all(1.0));
+    for (int l = 0; l < LANES; l++) {
+        int power = 0;
+        if (finite[l] && most[l] > 0) frexp(most[l], &power);
+        power = power > 1000 ? 1000 : power < -1000 ? -1000 : power;
+        w->scale[l] = ldexp(1.0, power), shrink[l] = ldexp(1.0, -power);
+    }
+    for (Index i = 0; i < n * ld; i++) w->h[i] = pick(finite, w->h[i] * shrink, all(0.0));
 }
 
 typedef struct { /* what is asked of m matrices of order n; complex numbers are two doubles */
@@ -396,7 +398,7 @@ INLINE int before(const double *a, const double *b) { return a[0] < b[0] || (a[0
 INLINE void store_values(Work *w, const Job *job, Py_ssize_t at, int l) {
     int n = w->n, sorted = !job->right && !job->share && !job->slopes;
     double *z = job->values + at * 2 * n;
-    for (int i = 0; i < n; i++) {
+    for (Index i = 0; i < n; i++) {
         double one[2] = {w->re[i][l] * w->scale[l], w->im[i][l] * w->scale[l]};
         int k = i; /* sorted where nothing stands beside them */
         for (; sorted && k > 0 && before(one, z + 2 * k - 2); k--) memcpy(z + 2 * k, z + 2 * k - 2, sizeof one);
@@ -406,9 +408,9 @@ INLINE void store_values(Work *w, const Job *job, Py_ssize_t at, int l) {
 
 /* vectors into column (right) and row (left) k of matrix at, and of the other half of a pair */
 INLINE void store_vectors(Work *w, const Job *job, Py_ssize_t at, int l, int k, int pair) {
-    int n = w->n;
+    Index n = w->n;
     double *right = job->right + at * 2 * n * n + 2 * k, *left = job->left + (at * n + k) * 2 * n;
-    for (int i = 0; i < n; i++) {
+    for (Index i = 0; i < n; i++) {
         double *r = right + i * 2 * n, *u = left + 2 * i;
         r[0] = w->x[i][l], r[1] = w->x[i + n][l], u[0] = w->u[i][l], u[1] = w->u[i + n][l];
         if (pair) r[2] = r[0], r[3] = -r[1], u[2 * n] = u[0], u[2 * n + 1] = -u[1];
@@ -417,11 +419,11 @@ INLINE void store_vectors(Work *w, const Job *job, Py_ssize_t at, int l, int k, 
 
 /* u dA x */
 INLINE void store_slopes(Work *w, const Job *job, Py_ssize_t at, const int *place) {
-    int n = w->n;
+    Index n = w->n;
     vec *xr = w->x, *xi = xr + n, *ur = w->u, *ui = ur + n, sr = {0}, si = {0}, zero = {0};
-    for (int i = 0; i < n; i++) {
+    for (Index i = 0; i < n; i++) {
         vec a = zero, b = zero, *row = w->change + i * n;
-        for (int j = 0; j < n; j++) a += row[j] * xr[j], b += row[j] * xi[j];
+        for (Index j = 0; j < n; j++) a += row[j] * xr[j], b += row[j] * xi[j];
         sr += TIMES_RE(ur[i], ui[i], a, b), si += TIMES_IM(ur[i], ui[i], a, b);
     }
     for (int l = 0; l < LANES; l++) {
@@ -435,18 +437,18 @@ INLINE void store_slopes(Work *w, const Job *job, Py_ssize_t at, const int *plac
 
 /* sums of |u_i x_i| by weights, as shares of all; a|x| / (b|x| + c|x| / |lambda|) with the rows a, b, c of ratio */
 INLINE void store_shares(Work *w, const Job *job, Py_ssize_t at, const int *place, vec lr, vec li) {
-    int n = w->n;
+    Index n = w->n;
     vec *xr = w->x, *xi = xr + n, *ur = w->u, *ui = ur + n, total = {0}, part[3] = {{0}}, zero = {0};
-    for (int i = 0; i < n; i++) {
+    for (Index i = 0; i < n; i++) {
         vec x = root(xr[i] * xr[i] + xi[i] * xi[i]), both = x * root(ur[i] * ur[i] + ui[i] * ui[i]);
-        for (int k = 0; k < 3; k++) part[k] += job->ratio[k * n + i] * x;
+        for (Index k = 0; k < 3; k++) part[k] += job->ratio[k * n + i] * x;
         w->mr[i] = both, total += both;
     }
     vec one = 1.0 / total, angles = part[1] + part[2] / larger(root(lr * lr + li * li), all(DBL_MIN));
     vec steering = part[0] / larger(angles, all(DBL_MIN));
-    for (int mode = -1; mode < job->modes; mode++) {
+    for (Index mode = -1; mode < job->modes; mode++) {
         vec share = zero;
-        for (int i = 0; mode >= 0 && i < n; i++) share += job->weights[mode * n + i] * w->mr[i];
+        for (Index i = 0; mode >= 0 && i < n; i++) share += job->weights[mode * n + i] * w->mr[i];
         share = mode < 0 ? steering : share * one;
         for (int l = 0; l < LANES; l++) {
             int k = place[l];
@@ -461,13 +463,13 @@ INLINE void store_shares(Work *w, const Job *job, Py_ssize_t at, const int *plac
 INLINE void eigenvectors(Work *w, const Job *job, Py_ssize_t at, int count) {
     int n = w->n, place[LANES], next[LANES] = {0};
     for (int l = 0; job->slopes && l < LANES; l++)
-        for (int i = 0; i < n * n; i++) w->change[i][l] = job->changes[(at + (l < count ? l : 0)) * n * n + i];
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < i; j++) {
+        for (Index i = 0; i < n * n; i++) w->change[i][l] = job->changes[(at + (l < count ? l : 0)) * n * n + i];
+    for (Index i = 0; i < n; i++)
+        for (Index j = 0; j < i; j++) {
             vec gap = size(w->re[i] - w->re[j]) + size(w->im[i] - w->im[j]);
             w->bad = pick(gap > GAP * w->norm, w->bad, all(1.0));
         }
-    for (int e = 0; e < n; e++) {
+    for (Index e = 0; e < n; e++) {
         vec lr, li, keep = w->bad;
         int busy = 0;
         for (int l = 0; l < LANES; l++) {
@@ -492,7 +494,7 @@ INLINE void eigenvectors(Work *w, const Job *job, Py_ssize_t at, int count) {
 
 INLINE Py_ssize_t run(Work *w, const Job *job) {
     Py_ssize_t failed = 0;
-    int n = w->n, ld = w->ld;
+    Index n = w->n, ld = w->ld;
     for (Py_ssize_t at = 0; at < job->m; at += LANES) {
         int count = job->m - at < LANES ? (int)(job->m - at) : LANES;
         load(w, job->matrices + at * n * n, count);
@@ -500,8 +502,8 @@ INLINE Py_ssize_t run(Work *w, const Job *job) {
         reduce(w);
         memcpy(w->t, w->h, sizeof(vec) * (size_t)(ld * ld));
         vec norm = {0};
-        for (int i = 0; i < n; i++)
-            for (int j = 0; j < n; j++) norm = larger(norm, size(w->h[i * ld + j]));
+        for (Index i = 0; i < n; i++)
+            for (Index j = 0; j < n; j++) norm = larger(norm, size(w->h[i * ld + j]));
         w->norm = pick(norm == 0, all(1.0), norm);
         francis(w);
         if (job->right || job->share || job->slopes) eigenvectors(w, job, at, count);

@@ -80,9 +80,9 @@ def summary(name: str, content: dict[str, Any]) -> str:
 
 
 def targets() -> str:
-    """What was asked of velotyre, and what was measured."""
+    """What was asked of velotyre, what was measured, and the command that prints it."""
     with (HERE.parent / "data/validation/targets.csv").open(newline="", encoding="utf-8") as stream:
-        head, *rows = csv.reader(stream)
+        head, *rows = [[cell.replace("|", r"\|") for cell in row] for row in csv.reader(stream)]
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines) + "\n"
 
