@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -140,13 +141,18 @@ class Model:
         return replace(self, effects=(*kept_effects, effect))
 
     def linear_model(self) -> LinearModel:
-        """Build the numeric model.
+        """The numeric model, built at the first call.
 
         Raises
         ------
         InputError
             The mass matrix is not positive definite.
         """
+        return self._linear
+
+    @cached_property
+    def _linear(self) -> LinearModel:
+        """The numeric model."""
         return linear_model(self.evaluator, self.parameters, self)
 
 

@@ -263,12 +263,12 @@ def _branches(rules: naming.Rules, named: naming.Named) -> dict[str, Complex]:
             order = np.lexsort((-roots.real, -roots.imag), axis=1)[:, :most]
             values[:, :most] = np.take_along_axis(roots, order, 1)
         branches[rules.name(first, second - 1)] = values
-    return dict(sorted(branches.items(), key=lambda item: _rank(item[0], rules)))
-
-
-def _rank(name: str, rules: naming.Rules) -> tuple[int, int, str]:
     table = [*rules.usual, *rules.names]
-    return name.count("+"), table.index(name) if name in table else len(table), name
+
+    def rank(name: str) -> tuple[int, int, str]:
+        return name.count("+"), table.index(name) if name in table else len(table), name
+
+    return {name: branches[name] for name in sorted(branches, key=rank)}
 
 
 def mode_shape(model: LinearModel, speeds: Array, eigenvalues: Complex) -> ModeShape:

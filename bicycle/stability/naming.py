@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,32 +117,9 @@ class Rules:
     def of(cls, model: LinearModel) -> "Rules":
         """Naming rules for the states of a ``model``."""
         states = tuple(model.declared.states) or tuple(State(name, "") for name in model.states)
-        declared = tuple(mode for mode in every_mode(model) if mode not in BASE_MODES)
-        contact = ("rear", "front")
-        weights: list[dict[str, float]] = [
-            {"lean": LIMITS.lean, "yaw": LIMITS.yaw},
-            {"steer": LIMITS.steer},
-            {"lean": 1.0, "steer": 1.0, "yaw": 1.0},
-            {"steer": 1.0},
-        ]
-        for mode in declared:
-            marks = contact if mode.marks[0] in contact else mode.marks
-            weights.append(dict.fromkeys(marks, 1.0))
-        weights.append({"": 1.0})
-        ratio = [
-            [s.name == "steer" for s in states],
-            [s.unit == "rad" for s in states],
-            [s.name == "yaw_rate" for s in states],
-        ]
-        return cls(
-            names=tuple(mode.name for mode in (*BASE_MODES, *declared))
-            + tuple(f"other_{number}" for number in range(1, model.order + 1)),
-            weights=np.array([[row.get(state.role, 0.0) for state in states] for row in weights]),
-            ratio=np.array(ratio, float),
-            slips=any(state.role in contact for state in states),
-        )
+        return _rules_of(states, tuple(mode for mode in every_mode(model) if mode not in BASE_MODES))
 
-    @property
+    @cached_property
     def usual(self) -> tuple[str, ...]:
         """Names that every such model has a place for, without other_1 ...; none where no state has a role."""
         skipped = () if self.slips else (WOBBLE,)
@@ -156,6 +134,34 @@ class Rules:
     def name(self, first: int, second: int = NONE) -> str:
         """The name with the place ``first``, or both names of a root in doubt, as in "wobble+weave"."""
         return self.names[first] if second == NONE else f"{self.names[first]}+{self.names[second]}"
+
+
+@lru_cache(maxsize=64)
+def _rules_of(states: tuple[State, ...], declared: tuple[Mode, ...]) -> Rules:
+    """Naming rules for a model with these ``states`` and the modes that its effects have ``declared``."""
+    contact = ("rear", "front")
+    weights: list[dict[str, float]] = [
+        {"lean": LIMITS.lean, "yaw": LIMITS.yaw},
+        {"steer": LIMITS.steer},
+        {"lean": 1.0, "steer": 1.0, "yaw": 1.0},
+        {"steer": 1.0},
+    ]
+    for mode in declared:
+        marks = contact if mode.marks[0] in contact else mode.marks
+        weights.append(dict.fromkeys(marks, 1.0))
+    weights.append({"": 1.0})
+    ratio = [
+        [s.name == "steer" for s in states],
+        [s.unit == "rad" for s in states],
+        [s.name == "yaw_rate" for s in states],
+    ]
+    return Rules(
+        names=tuple(mode.name for mode in (*BASE_MODES, *declared))
+        + tuple(f"other_{number}" for number in range(1, len(states) + 1)),
+        weights=np.array([[row.get(state.role, 0.0) for state in states] for row in weights]),
+        ratio=np.array(ratio, float),
+        slips=any(state.role in contact for state in states),
+    )
 
 
 class Named(NamedTuple):
