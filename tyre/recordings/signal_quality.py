@@ -72,7 +72,7 @@ class Quality:
         if self.frozen:
             phrases.append(f"repeats one value {self.frozen} times from sample {self.frozen_from}: frozen?")
         if self.spikes:
-            phrases.append(f"{self.spikes} spikes of one sample")
+            phrases.append(f"{self.spikes} {'spikes' if self.spikes > 1 else 'spike'} of one sample")
         if self.step and not self.dead and _FEW < (self.highest - self.lowest) / self.step < 25:  # so few steps show
             phrases.append(f"coarse: {(self.highest - self.lowest) / self.step:.0f} steps of {self.step:.3g} in all")
         if 1 < self.levels <= _FEW:

@@ -78,3 +78,5 @@ def test_spikes_of_one_sample_are_counted():
     force[[188, 565, 942]] += np.array([30.0, -30.0, 25.0])  # where the wave crosses zero
     assert quality(force).spikes == 3
     assert "3 spikes of one sample" in quality(force).remarks
+    force[[565, 942]] -= np.array([-30.0, 25.0])
+    assert "1 spike of one sample" in quality(force).remarks
