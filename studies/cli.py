@@ -14,6 +14,7 @@ try:
     import click
 
     from studies.reporting.command_context import ARGUMENTS, count_seconds, example, version_of
+    from studies.reporting.terminal_letters import spell_out_what_is_lacking
     from tyre.ground.errors import InputError, unknown
     from tyre.ground.progress import interrupts_arrive
     from tyre.ground.renamed import new_name
@@ -126,6 +127,7 @@ def _show_version(context: click.Context, parameter: click.Parameter, value: boo
 def main(arguments: list[str] | None = None) -> None:
     """Run ``velotyre`` with ``arguments`` (of the command line by default)."""
     given = sys.argv[1:] if arguments is None else arguments
+    spell_out_what_is_lacking()
     try:
         os.getcwd()
     except OSError:  # no path can be resolved then

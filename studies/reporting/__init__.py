@@ -12,6 +12,7 @@ PLACES = {
                "print_warnings",
                "write_csv", "write_json"),
     "rider_report": ("with_provenance",),
+    "terminal_letters": ("spell_out",),
     "plotting": ("drawing", "legend_columns", "look", "mode_look", "mode_marker", "mode_words"),
 }  # fmt: skip
 
