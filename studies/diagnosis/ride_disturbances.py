@@ -2,7 +2,7 @@
 
 Each input has a spectrum S(f) = a^2 [((1 + 1/c^2) / (1 + (f/c)^2))^p + d (1 + b^2) / (f^2 + b^2)], one-sided, with a
 size a, a corner c in Hz, a power p and a slow part d, as of a rider who follows a road, b = 0.1 Hz. The rider's torque
-on the handlebar, beside that of the spectrum, is that of the arms and that of the muscles, T = -(k steer + d steer
+on the handlebar, besides that of the spectrum, is that of the arms and that of the muscles, T = -(k steer + d steer
 rate) - M(s) (gains on lean, its rate, steer and its rate) with the second-order lag M = w^2 / (s^2 + 2 zeta w s + w^2)
 of Schwab, de Lange, Happee & Moore (2013, Multibody System Dynamics), whose zeta is 0.707; two lags one after the other
 have a larger one.
@@ -101,7 +101,7 @@ class Disturbances:
         return slice(first, len(self.names) - len(self.floors))
 
     def draw_loops(self, count: int, rng: np.random.Generator) -> Array:
-        """Coordinates (count, k) of riders who are drawn from the prior; all else is usual."""
+        """Coordinates (count, k) of riders who are drawn from the prior; the other coordinates are usual."""
         drawn = np.zeros((count, len(self.names)))
         drawn[:, self.loop] = rng.standard_normal((count, self.loop.stop - self.loop.start))
         return drawn

@@ -96,7 +96,7 @@ class Rides:
     def settle(self, gains: Gains, start: Array, *, turns: int = TURNS, holds: Holds | None = None) -> Array:
         """Most probable disturbances z (R, k) for these ``gains``, from ``start`` (R, k); Levenberg and Marquardt.
 
-        ``holds`` tells of disturbances (R, k) under which rides the bicycle is stable: no step leads out of those.
+        ``holds`` states for disturbances (R, k) which rides are stable; no step leaves these.
         """
         stable = np.zeros(len(start), bool) if holds is None else holds(start)
         z, damping = start.copy(), np.full(len(start), 1e-4)

@@ -44,9 +44,9 @@ class OpenLoops:
         return np.where(finite[:, None], poles, np.inf)
 
     def hold(self, loop: Disturbances, z: Array, rides: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Tell which ``rides`` (m,) are stable under disturbances ``z`` (m, k): a ride that lasts for minutes is.
+        """State which ``rides`` (m,) are stable under disturbances ``z`` (m, k): a ride that lasts for minutes is.
 
-        Spectra hardly tell a growth from a decay, and nothing of what is slower than :data:`SLOW`.
+        Spectra hardly distinguish growth from decay, and do not show what is slower than :data:`SLOW`.
         """
         poles = self.poles(loop, z, rides)
         return np.asarray((poles.real < np.where(np.abs(poles) < SLOW, -DRIFT, 0.0)).all(1))
@@ -79,7 +79,7 @@ class RidersDrawn:
         self._held: dict[int, NDArray[np.intp]] = {}  # ride -> numbers of riders who held it lately
 
     def who_hold(self, loops: OpenLoops) -> Array:
-        """Disturbances (starts, R, k): riders who hold the bicycle of each ride, all else usual."""
+        """Disturbances (starts, R, k): riders who hold the bicycle of each ride; the other coordinates are usual."""
         rides = len(loops.state)
         if self._loop.steering != RIDER:
             return np.zeros((1, rides, self._all.shape[1]))

@@ -1,4 +1,4 @@
-"""Spectra of ordinary rides: nobody kicks the bicycle and nobody logs what moves it.
+"""Spectra of ordinary rides, without impulses and without a record of what moves the bicycle.
 
 Auto and cross spectra of the recorded channels are compared with those of the model, moved by unknown torques and
 forces and by a rider who steers; :mod:`studies.diagnosis.ride_likelihood` says how far they are.
@@ -289,7 +289,7 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
         """Most probable disturbances at ``theta`` (p,), and residuals with the disturbances integrated out.
 
         They are sought from where the latest ones lead. ``anew``, as at each accepted point of a fit, the derivatives
-        are there too, and now and then, or where nobody holds the bicycle, riders are sought anew.
+        are there too, and now and then, or where no rider holds the bicycle, other riders are sought.
         """
         names = tuple(c.identifier for c in candidates)
 
@@ -360,7 +360,7 @@ class RideSpectra(BicycleKind, kind="ride_spectra"):
 
     @cached_property
     def _looks(self) -> Iterator[int]:
-        """Numbers of the accepted points, at some of which riders are sought anew."""
+        """Numbers of the accepted points, at some of which other riders are sought."""
         return count(1)
 
     @cached_property

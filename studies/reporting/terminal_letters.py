@@ -34,7 +34,7 @@ def spell_out_what_is_lacking() -> None:
 
 
 def _replace(error: UnicodeError) -> tuple[str, int]:
-    """What stands in the place of letters that cannot be encoded, and where the text goes on."""
+    """The replacement of letters that cannot be encoded, and where the text goes on."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     return spell_out(error.object[error.start : error.end]), error.end

@@ -1,4 +1,4 @@
-"""From the files of a ride to the forces of its tyres, beside the grip that is there."""
+"""From the files of a ride to the forces of its tyres and the share of the grip that they use."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def ride_forces(
     grip
         Largest lateral force over load of a tyre, no unit, above 0, at most 2; None assumes 0.8.
     steering
-        Who steers: "rider", "controller" or "nobody"; empty: as the recorded steer torque and the model tell.
+        Who steers: "rider", "controller" or "nobody"; empty: as the recorded steer torque and the model show.
     turns
         Keep turns, which are left out otherwise: the model is linear about straight running.
     uncertainty

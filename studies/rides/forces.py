@@ -314,7 +314,7 @@ def thinned(run: Run) -> Run:
 def segment_forces(kind: RideSpectra, final: Fit) -> tuple[SegmentForces, ...]:
     """Forces and slip angles along each segment of the rides of ``kind``, whose spectra ``final`` fits.
 
-    Where it does not fit them, uncertainties are larger by the root of its chi^2 a number (Birge 1932).
+    Where it does not fit them, uncertainties are larger by the root of chi^2 for each number (Birge 1932).
     """
     estimates = []
     for ride, segments in enumerate(kind.segments):

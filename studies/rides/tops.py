@@ -1,6 +1,6 @@
 """Several sets of disturbances that explain the spectra of a ride about equally well, each with its probability.
 
-A torque that nobody recorded may be none, or large where another one makes nearly the same motion. An estimate that is
+A torque that was not recorded may be none, or large where another one makes nearly the same motion. An estimate that is
 linearised about one such set is too sure. Probabilities are Laplace's, exp(-objective / 2) over the root of the
 determinant of the precision (Kass & Raftery 1995, Journal of the American Statistical Association 90, 773-795).
 """

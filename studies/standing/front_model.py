@@ -114,6 +114,6 @@ def _with_rider(tables: Mapping[str, Any], measured: dict[str, dict[str, float]]
 
 
 def _is_unusual(content: Mapping[str, Any]) -> bool:
-    """True if a number of the front frame is far outside its usual range."""
+    """True if a number of the front frame is outside its usual range."""
     tables = content["effects"]
     return any(effect_class(name)(**table).doubts() for name, table in tables.items() if name in (FRONT, FORK, SADDLE))

@@ -64,7 +64,7 @@ _DIFFERENCE = RigParameter("difference", "1", (-0.05, 0.05), (-0.5, 0.5), least=
 class ForceGainBySign(RigEffect):
     """A lateral force to the right is read 1 + ``difference``/2 times, one to the left 1 - ``difference``/2 times.
 
-    As a cell with another calibration in push than in pull does it, or an amplifier that nears its end. A lateral
+    A cell calibrated differently in tension and compression does this, or an amplifier near its limit. A lateral
     stiffness test has one sign: there it is a matter of gain.
     """
 
