@@ -94,6 +94,6 @@ def _damping_words(parameters: Mapping[str, float], effect: str, inertia: float)
 
 
 def front_line(parameters: Mapping[str, float]) -> str:
-    """Join :func:`front_words` of the ``parameters`` (SI) of a model in one line; empty without a hinge of the front frame."""
+    """Join :func:`front_words` of the ``parameters`` (SI) of a model in one line; empty without such a hinge."""
     words = front_words(parameters)
     return "; ".join(f"{key}: {text}" for key, text in words.items())
