@@ -137,7 +137,7 @@ def tyre_cases(settings: Settings) -> Cases:
     contact = settings.contact
     if contact is not None:
         asked = [{**contact, "pressure_bar": bar} for bar in settings.pressures] if "tyre" in contact else []
-        cases += [given_case(table, settings.bicycle) for table in asked or [contact]]
+        cases += [given_case(table, settings.bicycle) for table in asked or [dict(contact)]]
     for source, measured in _measured_tyres(settings):
         if not settings.pressures and not measured.pressures.size:
             left_out.append(f"{measured.label}: its file states no pressure; give --pressures")
