@@ -212,14 +212,7 @@ class TyreMap(TyreSource):
         _ = self._covariance  # refuses a table that contradicts itself
 
     def __repr__(self) -> str:
-        table, synthetic = self.measured, ", synthetic" if self.synthetic else ""
-        c, k = np.radians(table.cornering_stiffness), table.lateral_stiffness / 1e3
-        length = table.relaxation_length * 1e3
-        return (
-            f"<TyreMap of {self.label}{synthetic}: {table.load.size} conditions, {stated_range(self)}\n"
-            f" cornering stiffness {c.min():.1f}-{c.max():.1f} N/deg, lateral stiffness {k.min():.1f}-{k.max():.1f} "
-            f"N/mm, relaxation length {length.min():.0f}-{length.max():.0f} mm>"
-        )
+        return f"<TyreMap of {self.measured.ranges}>"
 
     @classmethod
     def load(
