@@ -10,6 +10,7 @@ from bicycle.identification.free_decay import Decay
 from bicycle.identification.recording import Run
 from bicycle.identification.scatter import repeats
 from bicycle.model.eigen import frequency_hz
+from tyre.ground.number_with_sd import with_sd
 
 LEAST_NOISE = 1e-4  # probability of noise below which a note says so: 5 of 900 sound windows lie below
 NOTES = {
@@ -104,12 +105,6 @@ def notes_of(judgements: Sequence[Judged]) -> Iterator[str]:
         yield NOTES["no repeats" if without_repeats == len(used) else "some alone"].format(
             alone=without_repeats, rows=len(used)
         )
-
-
-def with_sd(value: float, sd: float, *, places: int = 3) -> str:
-    """``-1.052 ± 0.031``: a ``value`` with its ``sd`` in any unit, with ``places`` or as many as show two digits."""
-    places = max(places, 1 - math.floor(math.log10(sd))) if math.isfinite(sd) and sd > 0 else places
-    return f"{value:.{places}f} ± {sd:.{places}f}"
 
 
 def drift_words(decay: Decay) -> str:
