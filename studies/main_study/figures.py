@@ -214,10 +214,7 @@ def _draw_parts(axes: Any, study: Study, setup: Setup) -> None:
     axes.set_title(f"Change of onset and end of unstable wobble, {' and '.join(sorted(pressures))}", fontsize=9)
     names = ("relaxation length", "cornering stiffness", "interaction")
     handles = [Patch(label=part, **style) for part, style in zip(names, _part_styles("0.35"), strict=True)]
-    legend_height = -0.5 / (axes.figure.get_figheight() - 1.4)  # inches below the axes
-    axes.legend(
-        handles=handles, loc="upper center", bbox_to_anchor=(0.45, legend_height), ncols=3, fontsize=8, columnspacing=1
-    )
+    axes.figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, columnspacing=1)
 
 
 def _stack(axes: Any, change: Change, height: float, colour: str) -> list[float]:
