@@ -15,7 +15,7 @@ from bicycle.identification import recording
 from bicycle.identification.free_decay import Decay, identify
 from bicycle.identification.frequency_response import spectral_response
 from bicycle.identification.ride_recording import PIECE, RIDE_QUANTITIES, SPEED, Ride, read_ride
-from bicycle.identification.ride_wobble import SHORTEST, Wobble, identify_wobble
+from bicycle.identification.ride_wobble import LOWEST_HZ, SHORTEST, Wobble, identify_wobble
 from bicycle.model.eigen import frequency_hz
 from studies.diagnosis.ride_reading import spectra_of_rides
 from studies.look.opened import MOTION, TORQUES, Opened, Roles
@@ -350,7 +350,7 @@ def _decay(
             if kick_events and (not fits or max(map(_doubt, kick_fits)) < 0.5 * min(map(_doubt, fits))):
                 if events:
                     reasons.append(f"the whole recording: R^2 = {poorest:.2f}; the stretches after impulses fit better")
-                windows, events = kick_windows, kick_events
+                windows, events, fits = kick_windows, kick_events, kick_fits
                 break
             reasons += [] if events else ["no stretch after a peak is one decaying oscillation either"]
     if not events:
@@ -361,6 +361,8 @@ def _decay(
             remedies.append("or leave motions that show no decay out of the map")
         return Use(DECAY, (), tuple(reasons), tuple(remedies)), ()
     step = f"{command} --out modal.csv"
+    if all(float(frequency_hz(fit.eigenvalue)) >= LOWEST_HZ for fit in fits):
+        step += " --mode wobble"
     if len(windows) == 1 and _is_native(roles):
         step += f" --from {windows[0].first:g} --to {windows[0].last:g}"
     grows = any("GROWS" in note for event in events for note in event.notes)
