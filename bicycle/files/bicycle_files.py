@@ -131,7 +131,7 @@ def _refuse_model_file(content: Mapping[str, Any], path: Path | Traversable) -> 
     effects = f" and its [effects.NAME]{torque}" if added else ""
     raise InputError(
         f"{path}: is a model file, not a bicycle file; write {bicycle_key}{effects} into the file that names it, in "
-        "place of the name"
+        "place of the name. In Python, velotyre.read_model reads model files"
     )
 
 

@@ -27,6 +27,13 @@ class InputHistory:
     value: Array  # (k,), SI unit of the input
     linear: bool = False
 
+    def __repr__(self) -> str:
+        course = "straight between times" if self.linear else "constant from each time on"
+        return (
+            f"<InputHistory: {self.time.size} times, {self.time[0]:g} to {self.time[-1]:g} s, {course}; "
+            f"values {self.value.min():g} to {self.value.max():g}>"
+        )
+
     def __post_init__(self) -> None:
         time, value = (np.atleast_1d(np.asarray(values, float)) for values in (self.time, self.value))
         if time.shape != value.shape or time.ndim != 1 or not time.size:

@@ -91,6 +91,13 @@ class LimitCycles:
     front: Tyre | None = None
     max_speed: float = 60.0
 
+    def __repr__(self) -> str:
+        onsets = [f"{one.critical.mode} at {one.critical.speed:.4g} m/s ({one.kind})" for one in self.onsets]
+        return (
+            f"<LimitCycles up to {self.max_speed:g} m/s: {len(self.branches)} branches\n"
+            f" onsets: {', '.join(onsets) or 'none'}>"
+        )
+
     @property
     def dry_friction(self) -> float:
         """Dry friction of the steering, N m."""

@@ -160,6 +160,13 @@ class Response:
     inputs: Mapping[str, Array] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return (
+            f"<Response at {self.speed:g} m/s: {len(self.time)} times, {self.time[0]:g} to {self.time[-1]:g} s\n"
+            f" outputs {', '.join(self.outputs)}\n"
+            f" inputs {', '.join(self.inputs) or 'none'}; {len(self.warnings)} warnings>"
+        )
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of a motion that linear geometry cannot describe."""
@@ -202,6 +209,14 @@ class FrequencyResponse:
     input: str  # name of the harmonic input
     outputs: Mapping[str, Complex]  # name -> (m,), unit of the output per unit of the input
     units: Mapping[str, str] = field(default_factory=dict)  # of input and outputs, by name
+
+    def __repr__(self) -> str:
+        hertz = self.frequency_hz
+        return (
+            f"<FrequencyResponse to {self.input} at {self.speed:g} m/s: {hertz.size} frequencies, "
+            f"{hertz.min():g} to {hertz.max():g} Hz\n"
+            f" outputs {', '.join(self.outputs)}>"
+        )
 
     def frame(self) -> pd.DataFrame:
         """A row per frequency: Hz, then gain and phase (rad, unwrapped) of each output."""

@@ -218,7 +218,8 @@ def _clock(event: Any) -> str:
 
 def _cells(judged: Any) -> list[object]:
     """Cells of a judged decay: run, speed (m/s), eigenvalue ± sd (1/s, rad/s), fit, movement, repeats, judgement."""
-    from studies.motion.free_decays import drift_words, movement_words, with_sd
+    from studies.motion.free_decays import drift_words, movement_words
+    from tyre.ground.number_with_sd import with_sd
 
     d = judged.decay
     judgement = judged.rejected or ("ok, far from its repeats" if judged.aside else "ok")

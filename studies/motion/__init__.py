@@ -17,7 +17,6 @@ __getattr__, __dir__ = room(
             "judge_decays",
             "notes_of",
             "second_words",
-            "with_sd",
         ),
         "locus": (
             "line_look",

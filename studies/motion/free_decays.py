@@ -11,6 +11,7 @@ from bicycle.identification.recording import Run
 from bicycle.identification.ride_wobble import LOWEST_HZ
 from bicycle.identification.scatter import repeats
 from bicycle.model.eigen import frequency_hz
+from tyre.ground.number_with_sd import with_sd
 
 LEAST_NOISE = 1e-4  # probability of noise below which a note says so: 5 of 900 sound windows lie below
 NOTES = {
@@ -119,12 +120,6 @@ def notes_of_weave(judgements: Sequence[Judged]) -> Iterator[str]:
     ]
     if fast:
         yield NOTES["fast weave"].format(fast=len(fast), rows=len(used), least=LOWEST_HZ, hertz=max(fast))
-
-
-def with_sd(value: float, sd: float, *, places: int = 3) -> str:
-    """``-1.052 ± 0.031``: a ``value`` with its ``sd`` in any unit, with ``places`` or as many as show two digits."""
-    places = max(places, 1 - math.floor(math.log10(sd))) if math.isfinite(sd) and sd > 0 else places
-    return f"{value:.{places}f} ± {sd:.{places}f}"
 
 
 def drift_words(decay: Decay) -> str:

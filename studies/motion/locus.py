@@ -95,6 +95,15 @@ class RootLocus:
     requested: NDArray[np.bool_]  # (m,), False: added by the tracking, not in tables
     measured: NDArray[np.bool_]  # (m,), True: tyres are within their measured range
 
+    def __repr__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        crossings = [f"{one.mode} {one.value:.6g}{unit}" for one in self.crossings]
+        return (
+            f"<RootLocus over {self.key} {self.values[0]:g} to {self.values[-1]:g}{unit}: {len(self.values)} values, "
+            f"{', '.join(dict.fromkeys(self.names))}\n"
+            f" crossings of the imaginary axis: {', '.join(crossings) or 'none'}>"
+        )
+
     @property
     def unstable_throughout(self) -> tuple[str, ...]:
         """Names of the modes with a root to the right of the imaginary axis at all values."""

@@ -70,6 +70,14 @@ class RideForces:
     left_out: tuple[str, ...]  # sentences: parts of the rides that are not used, and why
     notes: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        largest = [max((np.abs(s.force[wheel]).max() for s in self.segments), default=0.0) for wheel in range(2)]
+        return (
+            f"<RideForces: {len(self.segments)} segments, {', '.join(segment.name for segment in self.segments)}\n"
+            f" largest lateral force {largest[0]:.3g} N rear, {largest[1]:.3g} N front; misfit {self.misfit:.3g}; "
+            f"{len(self.notes)} notes>"
+        )
+
     def share(self, segment: SegmentForces) -> Array:
         """Share (2, n) of the grip, rear and front: size of the lateral force over grip x static load."""
         return np.abs(segment.force) / self._strength

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from studies.motion.free_decays import with_sd
 from studies.rides.estimate import LINEAR_SHARE, TRUSTED, WHEELS, RideForces
 from studies.rides.forces import SegmentForces
 from tyre.ground.arrays import Array
+from tyre.ground.number_with_sd import with_sd
 
 LARGEST = 3  # rows a wheel
 APART = 5.0  # s between two of the largest

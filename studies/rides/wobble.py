@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from bicycle.identification import Wobble
 from bicycle.model.eigen import frequency_hz
-from studies.motion.free_decays import with_sd
+from tyre.ground.number_with_sd import with_sd
 
 HEADERS = ("ride", "speed m/s", "real 1/s", "imaginary rad/s", "Hz", "orders", "seconds", "judgement")
 WEAVE = (

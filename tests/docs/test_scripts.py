@@ -1,10 +1,11 @@
-"""The three scripts of docs/python.md run, are short, and tell the truth."""
+"""The four scripts of docs/python.md run, are short, and tell the truth."""
 
 import re
+import shutil
 
 import numpy as np
 import pytest
-from pages import section
+from pages import DOCS, section
 
 pytest.importorskip("xarray")
 
@@ -18,7 +19,7 @@ def run(script):
 
 
 def test_each_is_short():
-    assert len(SCRIPTS) == 3
+    assert len(SCRIPTS) == 4
     assert max(len([line for line in script.splitlines() if line.strip()]) for script in SCRIPTS) <= 8
 
 
@@ -34,8 +35,24 @@ def test_the_loop_is_stable_where_the_closed_matrix_is():
     assert not found["stable"].all()
 
 
-def test_the_sweep_has_the_published_speed_at_the_benchmark():
+def test_the_plant_has_the_eigenvalues_of_the_model_on_the_fitted_tyre(tmp_path, monkeypatch):
+    pytest.importorskip("control")
+    (tmp_path / "fit/maps").mkdir(parents=True)
+    for ending in ("csv", "toml"):
+        table = DOCS / f"examples/measurements/tyre_tables/flat.{ending}"
+        shutil.copy(table, tmp_path / f"fit/maps/28-622_A_flat.{ending}")
+    monkeypatch.chdir(tmp_path)
     found = run(SCRIPTS[1])
+    rear_load, _ = found["model"].bicycle.static_loads
+    tyre = found["vt"].read_tyre("fit/maps/28-622_A_flat.csv").at(load=rear_load, pressure=5e5)
+    (effect,) = found["model"].effects
+    assert effect.cornering_stiffness["rear"] == pytest.approx(tyre.cornering_stiffness, rel=1e-9)
+    eigenvalues = found["vt"].modes(found["model"], 5.0).eigenvalues[0]
+    np.testing.assert_allclose(np.sort_complex(found["roots"]), np.sort_complex(eigenvalues), rtol=1e-6)
+
+
+def test_the_sweep_has_the_published_speed_at_the_benchmark():
+    found = run(SCRIPTS[2])
     assert found["weave"].dims == ("c", "w")
     assert len(found["lines"]) == 2
     here = found["vt"].critical_speeds("benchmark", trail=0.08).min().item()
@@ -43,4 +60,4 @@ def test_the_sweep_has_the_published_speed_at_the_benchmark():
 
 
 def test_the_benchmark_passes():
-    run(SCRIPTS[2])["test_critical_speeds"]()
+    run(SCRIPTS[3])["test_critical_speeds"]()

@@ -6,6 +6,7 @@ import numpy as np
 
 from tyre.fits.pull_curve import LawFit, Pull, PullCurve, find_strokes, fit_curve, gauge_noise, used_readings
 from tyre.ground.errors import InputError
+from tyre.ground.number_with_sd import with_sd
 from tyre.measured.properties import Calibration, Estimate
 from tyre.recordings.recording import Channel, LateralStiffnessTest
 from tyre.recordings.run_checks import reading_step
@@ -38,6 +39,16 @@ class LateralStiffnessFit:
     deflection: Channel  # (n,), m, plate minus rim, of the complete readings
     force: Channel  # (n,), N, lateral force
     fitted: Channel  # (n,), N; NaN where the readings are not used
+
+    def __repr__(self) -> str:
+        k = self.lateral_stiffness.scaled(1e-3)
+        return (
+            f"<LateralStiffnessFit: {self.readings_used} of {self.readings} readings used, {self.strokes} strokes, "
+            f"R^2 {self.r_squared:.4f}, residual sd {self.residual_sd:.3g} N\n"
+            f" lateral stiffness {with_sd(k.value, k.sd, places=1)} N/mm, friction {self.friction:.3g} N\n"
+            f" linear within 2 % up to {1e3 * self.linear_range:.3g} mm of {1e3 * self.reach:.3g} mm; "
+            f"{len(self.notes)} notes>"
+        )
 
 
 def fit_lateral_stiffness(test: LateralStiffnessTest, *, calibration: Calibration | None = None) -> LateralStiffnessFit:

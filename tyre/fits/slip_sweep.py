@@ -12,6 +12,7 @@ from scipy.special import stdtr
 from tyre.fits import sweep_curve
 from tyre.ground.arrays import Array
 from tyre.ground.errors import InputError
+from tyre.ground.number_with_sd import with_sd
 from tyre.measured.properties import Calibration, Estimate
 from tyre.recordings.noise import correlated_covariance
 from tyre.recordings.recording import Channel, RigRun
@@ -229,6 +230,22 @@ class SlipSweepFit:
     sensor_faults: tuple[str, ...]  # also among the ``notes``
     blocks: sweep_curve.Blocks  # block means that were fitted
     residuals: Channel  # (m,), N, fitted minus measured lateral force of the settled blocks
+
+    def __repr__(self) -> str:
+        c = self.cornering_stiffness.scaled(float(np.deg2rad(1.0)))
+        lines = [
+            f"<SlipSweepFit at {self.load:.4g} N: {self.samples} samples, {self.branches} branches, "
+            f"R^2 {self.r_squared:.4f}, residual sd {self.residual_sd:.3g} N",
+            f"cornering stiffness {with_sd(c.value, c.sd, places=1)} N/deg",
+        ]
+        if self.apparent_relaxation_length is not None and self.speed is not None:
+            sd = 1e3 * self.parameters_sd["lag"] * self.speed
+            length = with_sd(1e3 * self.apparent_relaxation_length, sd, places=1)
+            lines.append(f"apparent relaxation length {length} mm at {self.speed:.3g} m/s")
+        if self.aligning_moment is not None:
+            trail, sd = 1e3 * self.aligning_moment.pneumatic_trail, 1e3 * self.aligning_moment.pneumatic_trail_sd
+            lines.append(f"pneumatic trail {with_sd(trail, sd, places=1)} mm")
+        return "\n ".join(lines) + f"; {len(self.notes)} notes>"
 
     def steady_force(self, slip: Channel) -> Channel:
         """Fitted steady lateral force, offsets included."""

@@ -34,6 +34,7 @@ __getattr__, __dir__ = room(
             "measured_number",
             "read_key_values",
             "number_text",
+            "with_sd",
         ),
         "number_with_unit": (
             "typed_number",

@@ -102,6 +102,12 @@ def _float(number: Fraction, where: str, key: str, *, negative_zero: bool = Fals
     return -0.0 if value == 0 and negative_zero else value
 
 
+def with_sd(value: float, sd: float, *, places: int = 3) -> str:
+    """``-1.052 ± 0.031``: a ``value`` with its ``sd`` in any unit, with ``places`` or as many as show two digits."""
+    places = max(places, 1 - math.floor(math.log10(sd))) if math.isfinite(sd) and sd > 0 else places
+    return f"{value:.{places}f} ± {sd:.{places}f}"
+
+
 LINE = re.compile(r"([^:=]*)([:=]?)(.*)")
 
 

@@ -1,7 +1,7 @@
 """Cornering stiffness, lateral stiffness and relaxation length of a measured tyre over load and pressure."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -14,6 +14,15 @@ from tyre.ground.errors import InputError
 from tyre.ground.units import PASCAL_PER_BAR
 from tyre.laws import magic_formula as mf61
 from tyre.maps.map_files import find_table, read_table, write_table
+from tyre.maps.trend import (
+    Prediction,
+    Trend,
+    departs_from_linear_laws,
+    fit_law,
+    fit_linear_law,
+    fit_plane,
+    grid_weights,
+)
 from tyre.measured.properties import (
     Estimate,
     JointCovariance,
@@ -31,105 +40,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def grid_weights(
-    grid_load: Array, grid_pressure: Array, load: Array, pressure: Array, *, other: tuple[Array, Array] | None = None
-) -> Array:
-    """Weight of every measured condition (N,) at the asked ones (n,), shape (n, N); bilinear inside the grid.
-
-    They are the correlations of the field that a trend leaves. With ``other`` conditions, those between the asked and
-    the other ones.
-    """
-    weights = np.ones(())
-    other_load, other_pressure = other or (grid_load, grid_pressure)
-    for grid, points, other_points in ((grid_load, load, other_load), (grid_pressure, pressure, other_pressure)):
-        lines = np.unique(grid)
-        distance = np.abs(_line_number(lines, points)[:, None] - _line_number(lines, other_points)[None, :])
-        weights = weights * np.maximum(0.0, 1.0 - distance)
-    return weights
-
-
-def _line_number(lines: Array, value: Array) -> Array:
-    """Position in units of measured lines, continued beyond the outer ones with the outer interval."""
-    if lines.size == 1:
-        return np.asarray(value / lines[0] - 1.0)
-    number = np.interp(value, lines, np.arange(lines.size))
-    steps_below = np.minimum(value - lines[0], 0.0) / (lines[1] - lines[0])
-    steps_above = np.maximum(value - lines[-1], 0.0) / (lines[-1] - lines[-2])
-    return np.asarray(number + steps_below + steps_above)
-
-
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """A quantity at n conditions, from N measured ones."""
-
-    value: Array  # (n,), SI units
-    carry: Array  # (n, N), how the values follow the measured ones: rows of the unit matrix at measured conditions
-    error: Array  # (n, n), covariance of what the law between the measured conditions leaves open; zero at them
-    error_dof: int  # degrees of freedom of the misfit behind ``error``
-
-
-@dataclass(frozen=True, eq=False)
-class Trend:
-    """A smooth model fitted to one quantity at N measured conditions, SI units."""
-
-    parameters: dict[str, float]  # fitted and nominal values by their Magic Formula names
-    # value and its derivative with respect to the fitted parameters
-    evaluate: Callable[[Array, Array], tuple[Array, Array]] = field(repr=False)
-    load: Array = field(repr=False)  # (N,), N
-    pressure: Array = field(repr=False)  # (N,), Pa
-    measured: Array = field(repr=False)  # (N,)
-
-    @cached_property
-    def residuals(self) -> Array:
-        """Measured minus model, shape (N,)."""
-        return np.asarray(self.measured - self.evaluate(self.load, self.pressure)[0])
-
-    @cached_property
-    def sensitivity(self) -> Array:
-        """Slopes (p, N) of the fitted parameters by the measured values, (J' J)^-1 J'."""
-        # a coefficient at its bound leaves the gradient short of rank
-        return np.asarray(np.linalg.pinv(self.evaluate(self.load, self.pressure)[1]), dtype=np.float64)
-
-    @cached_property
-    def degrees_of_freedom(self) -> int:
-        """Measured conditions minus fitted parameters."""
-        return len(self.measured) - int(np.linalg.matrix_rank(self.evaluate(self.load, self.pressure)[1]))
-
-    @property
-    def misfit(self) -> float:
-        """Standard deviation of the residuals, sqrt(SS / degrees of freedom), SI units; 0 without any degrees."""
-        if self.degrees_of_freedom < 1:
-            return 0.0
-        return float(np.sqrt(self.residuals @ self.residuals / self.degrees_of_freedom))
-
-    def at(self, load: Array, pressure: Array) -> Prediction:
-        """Predict the quantity: the model plus the interpolated residuals."""
-        grid = self.load, self.pressure
-        weights = grid_weights(*grid, load, pressure)
-        smooth, gradient = self.evaluate(load, pressure)
-        # what the interpolated differences do not take off the error of the model
-        uncorrected = gradient - weights @ self.evaluate(*grid)[1]
-        error = grid_weights(*grid, load, pressure, other=(load, pressure)) - weights @ weights.T
-        added_weights = uncorrected @ self.sensitivity
-        error += added_weights @ added_weights.T
-        return Prediction(
-            smooth + weights @ self.residuals, weights + added_weights, self.misfit**2 * error, self.degrees_of_freedom
-        )
-
-
-def fit_law(law: mf61.Law, load: Array, pressure: Array, value: Array) -> Trend:
-    """Fit a law of MF6.1 to measured stiffness (:func:`tyre.laws.magic_formula.fit`)."""
-    fit = mf61.fit(law, load, pressure, value)
-    coefficients = fit.coefficients | fit.nominal
-
-    def evaluate(at_load: Array, at_pressure: Array) -> tuple[Array, Array]:
-        slopes = law.gradient(at_load, at_pressure, **coefficients)[:, fit.free]
-        return law.value(at_load, at_pressure, **coefficients), slopes
-
-    parameters = {law.names[n]: fit.coefficients[law.names[n]] for n in fit.free} | fit.nominal
-    return Trend(parameters, evaluate, load, pressure, value)
-
-
 def predicted_column(
     table: MeasuredTable, column: MeasuredColumn, load: Array, pressure: Array, name: str = ""
 ) -> tuple[list[Estimate | None], JointCovariance]:
@@ -137,7 +47,7 @@ def predicted_column(
     measured_rows = column.known
     if not measured_rows.any():
         return [None] * load.size, JointCovariance()
-    trend = _linear_trend(table.load[measured_rows], table.pressure[measured_rows], column.value[measured_rows])
+    trend = fit_plane(table.load[measured_rows], table.pressure[measured_rows], column.value[measured_rows])
     predictable = np.ones(load.size, dtype=bool)
     for targets, measured in ((load, trend.load), (pressure, trend.pressure)):
         if np.ptp(measured) == 0.0:
@@ -160,34 +70,6 @@ def predicted_column(
     values = zip(prediction.value.tolist(), joint.sd.items(), strict=True)
     estimates = iter([Estimate(value, sd, joint.dof(row)) for value, (row, sd) in values])
     return [next(estimates) if is_predictable else None for is_predictable in predictable], joint
-
-
-def _linear_trend(load: Array, pressure: Array, value: Array) -> Trend:
-    """A plane over load and pressure, of as many terms as the conditions can determine."""
-    at_load, at_pressure = float(load.mean()), float(pressure.mean())
-    several_loads = bool(np.ptp(load) > 0) and (len(value) > 2 or not np.ptp(pressure) > 0)
-    several_pressures = bool(np.ptp(pressure) > 0)
-
-    def design(n: Array, p: Array) -> Array:
-        columns = [np.ones_like(n)]
-        if several_loads:
-            columns.append(n / at_load - 1)
-        if several_pressures:
-            columns.append(p / at_pressure - 1)
-        return np.column_stack(columns)
-
-    solution = np.asarray(np.linalg.pinv(design(load, pressure)), dtype=np.float64) @ value
-
-    def evaluate(n: Array, p: Array) -> tuple[Array, Array]:
-        return design(n, p) @ solution, design(n, p)
-
-    names = ["mean"]
-    if several_loads:
-        names.append("load")
-    if several_pressures:
-        names.append("pressure")
-    parameters = dict(zip(names, solution.tolist(), strict=True))
-    return Trend(parameters, evaluate, load, pressure, value)
 
 
 class StiffnessCovariance(NamedTuple):
@@ -290,12 +172,13 @@ class TyreMap(TyreSource):
 
     The measured conditions are returned as they stand. Between them the value is a smooth trend plus the bilinearly
     interpolated difference of the measured values from it; beyond them the difference fades out over one interval of
-    the grid, and the result is marked extrapolated. The trend of C_alpha is the MF6.1 form, that of K_y is linear in
-    load and pressure (so inside the grid K_y is simply bilinear in the measured values).
+    the grid, and the result is marked extrapolated. The trend of C_alpha is the MF6.1 form. That of K_y is linear in
+    load and in pressure: MF6.1's product, or a plane where that leaves less than half of its misfit. Inside the grid
+    K_y is therefore bilinear in the measured values.
 
     The covariance has three parts: the measured standard deviations, carried by the same weights (errors of a lateral
     stiffness shared between conditions stay shared); the misfit of the trend, which measures how much a tyre departs
-    from a smooth law between neighbouring conditions, times the interpolation error of `ConditionsGrid`; and the
+    from a smooth law between neighbouring conditions, times the interpolation error of `Trend.at`; and the
     uncertainty of the trend itself, which matters outside. The last two vanish at measured conditions.
 
     Attributes
@@ -329,14 +212,7 @@ class TyreMap(TyreSource):
         _ = self._covariance  # refuses a table that contradicts itself
 
     def __repr__(self) -> str:
-        table, synthetic = self.measured, ", synthetic" if self.synthetic else ""
-        c, k = np.radians(table.cornering_stiffness), table.lateral_stiffness / 1e3
-        length = table.relaxation_length * 1e3
-        return (
-            f"<TyreMap of {self.label}{synthetic}: {table.load.size} conditions, {stated_range(self)}\n"
-            f" cornering stiffness {c.min():.1f}-{c.max():.1f} N/deg, lateral stiffness {k.min():.1f}-{k.max():.1f} "
-            f"N/mm, relaxation length {length.min():.0f}-{length.max():.0f} mm>"
-        )
+        return f"<TyreMap of {self.measured.ranges}>"
 
     @classmethod
     def load(
@@ -403,8 +279,8 @@ class TyreMap(TyreSource):
 
     @cached_property
     def lateral_stiffness_trend(self) -> Trend:
-        """The linear trend of the measured K_y: parameters, residuals and misfit in N/m."""
-        return fit_law(mf61.LATERAL, self.measured.load, self.measured.pressure, self.measured.lateral_stiffness)
+        """The linear law of the measured K_y (`fit_linear_law`): parameters, residuals and misfit in N/m."""
+        return fit_linear_law(self.measured.load, self.measured.pressure, self.measured.lateral_stiffness)
 
     @cached_property
     def _covariance(self) -> StiffnessCovariance:
@@ -569,10 +445,12 @@ class TyreMap(TyreSource):
             f"cornering stiffness {way}: MF6.1 form through the measured values, "
             f"misfit {np.radians(cornering.misfit):.1f} N/deg"
         )
-        jumps, measured_sd = "", float(np.sqrt(np.mean(np.diag(self._covariance.whole)[table.load.size :])))
-        if lateral.misfit > measured_sd > 0:
-            jumps = f", more than its measured {measured_sd / 1e3:.1f} N/mm: it jumps, and no smooth law describes it"
-        notes.append(f"lateral stiffness {way}: {law}, misfit of a linear law {lateral.misfit / 1e3:.1f} N/mm{jumps}")
+        departure, sd = "", float(np.sqrt(np.mean(np.diag(self._covariance.whole)[table.load.size :])))
+        if departs_from_linear_laws(table.load, table.pressure, table.lateral_stiffness, sd=sd):
+            departure = f", more than its sd of {sd / 1e3:.1f} N/mm explains: it is not linear in load and pressure"
+        notes.append(
+            f"lateral stiffness {way}: {law}, misfit of a linear law {lateral.misfit / 1e3:.1f} N/mm{departure}"
+        )
         for name, trend in (("cornering", cornering), ("lateral", lateral)):
             if trend.degrees_of_freedom < 1:
                 notes.append(

@@ -219,6 +219,22 @@ class MeasuredTable:
             at = f"{load:g} N at {pressure / PASCAL_PER_BAR:g} bar"
             raise InputError(f"{self.label}: {at} appears twice; combine repeats into one condition.")
 
+    def __repr__(self) -> str:
+        return f"<MeasuredTable of {self.ranges}>"
+
+    @property
+    def ranges(self) -> str:
+        """Name, number of conditions, and their ranges in the units of the field, in two lines."""
+        load, bar = self.load, self.pressure / PASCAL_PER_BAR
+        c, k = np.radians(self.cornering_stiffness), self.lateral_stiffness / 1e3
+        length = self.relaxation_length * 1e3
+        return (
+            f"{self.label}{', synthetic' if self.synthetic else ''}: {load.size} conditions, "
+            f"{load.min():g}-{load.max():g} N and {bar.min():g}-{bar.max():g} bar\n"
+            f" cornering stiffness {c.min():.1f}-{c.max():.1f} N/deg, lateral stiffness {k.min():.1f}-{k.max():.1f} "
+            f"N/mm, relaxation length {length.min():.0f}-{length.max():.0f} mm"
+        )
+
     def _check_values(self, name: str, is_allowed: Callable[[Array], Any], allowed: str) -> None:
         """Refuse a column with a value that is not ``allowed``, in words."""
         values = getattr(self, name)

@@ -21,10 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tyre.ground.errors import InputError, hint
-from tyre.ground.units import GRAVITY
+from tyre.ground.units import GRAVITY, PASCAL_PER_BAR
 from tyre.measured.plausible import POUND, SMALLEST
 
 Channel = NDArray[np.float64]
+
+
+def shown_range(channel: Channel, unit: str) -> str:
+    """``-6 to 6 deg``: lowest and highest of the finite readings (n,) of a ``channel`` in its ``unit``."""
+    finite = channel[np.isfinite(channel)]
+    return f"{finite.min():.4g} to {finite.max():.4g} {unit}" if finite.size else "without a reading"
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,17 @@ class Condition:
     speed: float | None = None  # m/s, of rolling
     temperature: float | None = None  # degrees Celsius
     camber: float = 0.0  # rad, positive to the right
+
+    def __str__(self) -> str:
+        """Write it in the units of the field, without what is not known yet and a camber of zero."""
+        parts = [f"{self.tyre} on {self.surface}"]
+        if np.isfinite(self.load):
+            parts.append(f"{self.load:g} N")
+        if np.isfinite(self.pressure):
+            parts.append(f"{self.pressure / PASCAL_PER_BAR:g} bar")
+        if self.camber and np.isfinite(self.camber):
+            parts.append(f"camber {np.rad2deg(self.camber):.4g} deg")
+        return ", ".join(parts)
 
 
 SIMULATED_NOTE = "synthetic: computed by the rig simulator, not measured"
@@ -74,6 +91,14 @@ class RigRun:
     kind: Literal["slip_sweep", "slip_step", "steady"] = "slip_sweep"  # how the slip was driven
     notes: tuple[str, ...] = ()  # what a reader of any result must know
 
+    def __repr__(self) -> str:
+        duration = "" if self.kind == "steady" else f" over {np.ptp(self.time):.4g} s"
+        slip = shown_range(np.rad2deg(self.slip_angle), "deg")
+        return (
+            f"<RigRun {self.kind}: {self.condition}; {self.time.size} samples{duration}\n"
+            f" slip angle {slip}, lateral force {shown_range(self.lateral_force, 'N')}; {len(self.notes)} notes>"
+        )
+
 
 @dataclass(frozen=True)
 class LateralStiffnessTest:
@@ -91,6 +116,13 @@ class LateralStiffnessTest:
     source: Path | None = None  # file of the recording
     synthetic: bool = False  # True if a program computed it
     notes: tuple[str, ...] = ()  # what a reader of any result must know
+
+    def __repr__(self) -> str:
+        return (
+            f"<LateralStiffnessTest: {self.condition}; {self.lateral_force.size} readings\n"
+            f" lateral force {shown_range(self.lateral_force, 'N')}, "
+            f"tyre deflection {shown_range(1e3 * self.tyre_deflection, 'mm')}; {len(self.notes)} notes>"
+        )
 
     @property
     def tyre_deflection(self) -> Channel:

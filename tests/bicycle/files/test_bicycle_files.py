@@ -162,3 +162,4 @@ def test_a_model_file_in_place_of_a_bicycle_is_recognised(tmp_path):
     ):  # fmt: skip
         path.write_text(text)
         refuses(words, load_bicycle, path)
+        refuses("In Python, velotyre.read_model reads model files$", load_bicycle, path)

@@ -129,3 +129,26 @@ def test_signatures_are_read_at_a_glance_and_help_lists_names():
             assert "numpy._typing" not in str(inspect.signature(found)), name
     for name in ("modes", "sweep", "root_locus", "uncertainty", "chart", "design", "simulate", "diagnose", "TyreMap"):
         assert f"``{name}``" in vt.__doc__
+
+
+def test_results_with_arrays_print_two_or_three_lines():
+    """A result of a thousand numbers is read at a glance; the numbers are in its fields."""
+    model = vt.Model("benchmark", vt.RelaxationLength(cornering_stiffness=6000.0, relaxation_length=0.1))
+    history = vt.InputHistory(np.linspace(0.0, 1.0, 500), np.zeros(500))
+    table = vt.read_tyre("Tyre1").measured
+    locus = vt.root_locus(model, "speed", [1, 8])
+    bode = vt.frequency_response(model, speed=5.0, input="steer_torque", frequency_hz=np.linspace(0.1, 5, 50))
+    results = [
+        (history, "500 times, 0 to 1 s"),
+        (table, "Tyre1 on flat: 9 conditions, 340-490 N and 3.5-7.5 bar"),
+        (locus, f"crossings of the imaginary axis: weave {locus.crossings[0].value:.6g} m/s"),
+        (vt.simulate("benchmark", 5.0, inputs={"steer_torque": history}), "at 5 m/s: 1001 times, 0 to 5 s"),
+        (bode, "to steer_torque at 5 m/s: 50 frequencies, 0.1 to 5 Hz"),
+        (vt.chart("benchmark", "speed=1:10", "c=0.05:0.1"), "speed 1 to 10 m/s, c 0.05 to 0.1 m"),
+        (vt.limit_cycles("sharp1994"), "onsets: weave at"),
+    ]
+    for result, words in results:
+        assert words in str(result)
+        assert str(result).startswith(f"<{type(result).__name__}")
+        assert len(str(result).splitlines()) <= 3
+        assert len(str(result)) < 300

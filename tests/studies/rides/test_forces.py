@@ -56,6 +56,13 @@ def forces(folder):
     return vt.ride_forces(folder / "model.toml", (folder / "ride.csv", SPEED), steering="nobody", grip=0.7)
 
 
+def test_forces_print_two_lines_with_the_largest_of_each_wheel(forces):
+    largest = np.max([np.abs(segment.force).max(1) for segment in forces.segments], axis=0)
+    first, second = str(forces).splitlines()
+    assert first.startswith(f"<RideForces: {len(forces.segments)} segments")
+    assert f"largest lateral force {largest[0]:.3g} N rear, {largest[1]:.3g} N front" in second
+
+
 def test_linear_range_is_that_of_a_brush_tyre():
     slip = brentq(lambda x: 1 - x / 3 + x**2 / 27 - 0.9, 0, 1)  # C alpha over grip and load
     assert 0.9 * slip == pytest.approx(LINEAR_SHARE, abs=0.001)

@@ -158,3 +158,19 @@ def test_a_gauge_that_was_not_set_to_zero_counts_from_its_first_reading():
     fits = [fit_lateral_stiffness(one) for one in (test, moved)]
     assert fits[1].lateral_stiffness.value == pytest.approx(fits[0].lateral_stiffness.value, rel=1e-6)
     assert any("12.00 mm, far from zero" in note for note in fits[1].notes)
+
+
+def test_test_and_fit_print_three_lines_at_most_with_their_numbers_and_units():
+    test = loop(noise=0.5)
+    fit = fit_lateral_stiffness(test)
+    first, second, third = str(fit).splitlines()
+    assert first.startswith(f"<LateralStiffnessFit: {fit.readings_used} of {fit.readings} readings used")
+    value, sd = second.removeprefix(" lateral stiffness ").partition(" N/mm, ")[0].split(" ± ")
+    k = fit.lateral_stiffness.scaled(1e-3)
+    assert (float(value), float(sd)) == pytest.approx((k.value, k.sd), abs=0.05 * k.sd)
+    assert second.endswith(f"friction {fit.friction:.3g} N")
+    assert third.startswith(f" linear within 2 % up to {1e3 * fit.linear_range:.3g} mm")
+    assert str(test).startswith(
+        f"<LateralStiffnessTest: Synthetic on flat, 400 N, 5.5 bar; {test.rim_displacement.size} "
+    )
+    assert len(str(test).splitlines()) == 2

@@ -7,9 +7,9 @@ import pytest
 
 from bicycle.identification import identify, read_run
 from studies.cli import main
-from studies.motion import drift_words, judge_decays, notes_of, second_words, with_sd
+from studies.motion import drift_words, judge_decays, notes_of, second_words
 from tests.validation.decay_generator import Cell, make
-from tyre.ground import InputError
+from tyre.ground import InputError, with_sd
 
 
 def write(path, run, names=None):
