@@ -20,7 +20,7 @@ from bicycle.parameters.front_hinge import height_above_hub, hinge_at
 from bicycle.rider.rider_body import RigidBody
 from bicycle.stability.critical import DESTABILISING, STABILISING, CriticalSpeed, critical_speeds
 from bicycle.stability.propagation import critical_speed_gradients, model_covariance, standard_deviation
-from studies.front_frame.hinge_report import hinge_tables
+from studies.front_frame.hinge_report import default_damping, hinge_tables
 from studies.front_frame.published import FrontHinge, PublishedFigures, map_figures, read_map
 from studies.main_study.result import wobble_span
 from studies.main_study.settings import Front, Ranges, assumed_front
@@ -376,19 +376,7 @@ def model_text(guessed: OwnBicycle, measurements: Asked, bicycle_file: str, file
     """
     published, hinge = measurements.published, measurements.hinge
     bicycle, front = guessed.bicycle, assumed_front(guessed.bicycle)
-    unmeasured = (
-        [
-            ("stiffness", front.stiffness, "N m/rad", LIMITS.stiffness),
-            (
-                "damping_ratio",
-                front.damping_ratio,
-                "of critical, frame and seated rider together",
-                LIMITS.damping_ratio,
-            ),
-        ]
-        if front
-        else []
-    )
+    place = {"joint_x": front.hinge_x(bicycle.values), "joint_z": -front.joint_height} if front else {}
     content = {
         "bicycle": bicycle,
         "bicycle_file": bicycle_file,
@@ -397,11 +385,11 @@ def model_text(guessed: OwnBicycle, measurements: Asked, bicycle_file: str, file
         "loads": bicycle.static_loads,
         "hinge": front
         and {
-            "joint_x": front.hinge_x(bicycle.values),
-            "joint_z": -front.joint_height,
+            **place,
+            "stiffness": front.stiffness,
             "height": height_above_hub(bicycle.values, -front.joint_height),
         },
-        "unmeasured": unmeasured,
+        "default": front and default_damping(bicycle, place),
         "published": hinge_tables(hinge, published, bicycle) if hinge and published else "",
     }
     return render_file("studies.reporting", "own_model.toml.j2", content, escaped=False)

@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
+from bicycle.effects.effect_registry import effect_class
 from bicycle.files.bicycle_numbers import covariance_table
 from bicycle.parameters.bicycle import Bicycle
+from bicycle.parameters.front_hinge import critical_damping, front_inertia
 from studies.front_frame.published import EFFECT, UNCERTAIN, FrontHinge, PublishedFigures, read_map
 from studies.main_study.settings import ASSUMED
 from studies.reporting.markdown_text import render_file
@@ -47,6 +49,18 @@ def hinge_text(hinge: FrontHinge, figures: PublishedFigures, bicycle: Bicycle | 
     return render_file("studies.front_frame", "front_frame.txt.j2", content, escaped=False).strip()
 
 
+def default_damping(bicycle: Bicycle, hinge: Mapping[str, float]) -> dict[str, float]:
+    """Damping (N m s/rad) that a model takes where its file states none, and its share of critical damping.
+
+    ``hinge`` holds the other numbers (SI) of the effect, such as ``joint_x``.
+    """
+    values = effect_class(EFFECT)(**hinge).values(bicycle.values)
+    number = {key.removeprefix(f"{EFFECT}."): value for key, value in values.items()}
+    place = {name: number[name] for name in ("joint_x", "joint_z", "axis_tilt")}
+    critical = critical_damping(number["stiffness"], front_inertia(bicycle.values, **place))
+    return {"damping": number["damping"], "share": float(number["damping"] / critical)}
+
+
 def hinge_tables(hinge: FrontHinge, figures: PublishedFigures, bicycle: Bicycle) -> str:
     """Tables of a model file for a ``hinge``: the effect with its comments, and its covariance."""
     content: dict[str, Any] = {
@@ -54,6 +68,7 @@ def hinge_tables(hinge: FrontHinge, figures: PublishedFigures, bicycle: Bicycle)
         "figures": figures,
         "numbers": hinge.effect_numbers(bicycle),
         "ratio": ASSUMED["damping_ratio"],
+        "default": default_damping(bicycle, hinge.effect_numbers(bicycle)),
         "names": UNCERTAIN,
         "rows": hinge.effect_factor(bicycle).tolist(),
     }

@@ -128,14 +128,16 @@ class Cases:
 
 
 def tyre_cases(settings: Settings) -> Cases:
-    """Gather the conditions of the tyre in question; without one those of every packaged tyre on its surfaces."""
+    """Gather the conditions of the tyre in question; without one those of every packaged tyre on its surfaces.
+
+    Pressures that were asked for take the place of that of the model file and of the measured ones.
+    """
     cases: list[TyreCase] = []
     left_out: list[str] = []
     contact = settings.contact
     if contact is not None:
-        cases.append(given_case(contact, settings.bicycle))
-        if "tyre" in contact:
-            cases += [given_case({**contact, "pressure_bar": bar}, settings.bicycle) for bar in settings.pressures]
+        asked = [{**contact, "pressure_bar": bar} for bar in settings.pressures] if "tyre" in contact else []
+        cases += [given_case(table, settings.bicycle) for table in asked or [dict(contact)]]
     for source, measured in _measured_tyres(settings):
         if not settings.pressures and not measured.pressures.size:
             left_out.append(f"{measured.label}: its file states no pressure; give --pressures")

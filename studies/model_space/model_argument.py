@@ -187,10 +187,7 @@ def _read_model(text: str) -> ChosenModel:
         return ChosenModel({MATRICES: Path(text).resolve().as_posix()}, text)
     bicycle = find_bicycle(text)
     if bicycle is not None:
-        remark = (
-            "wheels without slip (Whipple model); add measured tyres with --tyre NAME --pressure BAR (velotyre tyres)"
-        )
-        return ChosenModel({"bicycle": bicycle}, "", f"{text}: {remark}")
+        return ChosenModel({"bicycle": bicycle}, "", f"{text}: {WHIPPLE}")
     content, folder = model_content(text), Path(text).parent
     if isinstance(content.get("bicycle"), str):
         content["bicycle"] = bicycle_place(content["bicycle"], folder)
@@ -199,7 +196,15 @@ def _read_model(text: str) -> ChosenModel:
             name: locate_rider(located(table, folder), folder) if isinstance(table, Mapping) else table
             for name, table in content["effects"].items()
         }
-    return ChosenModel(content, text)
+    return ChosenModel(content, text, "" if _states_contact(content.get("effects")) else f"{text}: {WHIPPLE}")
+
+
+def _states_contact(effects: Any) -> bool:
+    """True if the table ``effects`` of a model file names a contact law, of velotyre or of the user."""
+    from bicycle.effects.effect_registry import registry
+
+    known = registry()
+    return isinstance(effects, Mapping) and any(name in known and known[name].slot == "contact law" for name in effects)
 
 
 def find_bicycle(text: str) -> str | None:

@@ -62,7 +62,10 @@ def test_the_model_file_holds_the_hinge_with_its_covariance(printed, tmp_path, n
     spread = model.covariance.among(names)
     assert spread[0, 1] / np.sqrt(spread[0, 0] * spread[1, 1]) == pytest.approx(-hinge.correlation, rel=1e-4)
     assert "front_compliance.damping" not in model.sd
-    assert "# damping_ratio = 0.25  # unknown" in target.read_text(encoding="utf-8")
+    text = target.read_text(encoding="utf-8")
+    assert "ASSUMED: no static test measures it" in text
+    target.write_text(text.replace("# damping =", "damping ="), encoding="utf-8")
+    assert read_model(str(target)).parameters == model.parameters
 
 
 def test_the_main_study_reads_it_and_still_assumes_the_damping(printed, tmp_path):

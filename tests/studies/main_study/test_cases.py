@@ -94,8 +94,8 @@ def test_a_condition_about_which_a_table_says_nothing_is_left_out_and_told(tmp_p
 def test_the_tyre_of_a_model_file_is_studied_at_its_measured_pressures_too():
     found = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5})).studied
     assert [(c.name, c.condition) for c in found] == [("Tyre3 flat", f"{bar} bar") for bar in (5.5, 3.5, 7.5)]
-    asked = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5}, pressures=(4.0,))).studied
-    assert [c.condition for c in asked] == ["5.5 bar", "4 bar"]
+    asked = tyre_cases(small(contact={"tyre": "Tyre3", "pressure_bar": 5.5}, pressures=(4.0, 6.0))).studied
+    assert [c.condition for c in asked] == ["4 bar", "6 bar"]  # nothing that was not asked for
 
 
 def test_trail_and_twisting_torque_of_a_tyres_file_take_the_place_of_the_assumed_ones():
@@ -121,7 +121,7 @@ NUMBERS = {
 
 
 def test_numbers_of_a_model_file_are_a_tyre_known_to_a_tenth():
-    first = tyre_cases(small(contact=NUMBERS, pressures=(4.0, 7.0))).studied[0]
+    first = tyre_cases(small(contact=NUMBERS)).studied[0]
     assert first.contact.tolist() == [6000.0, 0.12, 5000.0, 0.1]
     np.testing.assert_allclose(first.covariance, np.diag((0.1 * first.contact) ** 2))
     assert (first.name, first.condition) == ("tyre of the model file", "as given")
@@ -153,12 +153,12 @@ def test_a_tyre_of_its_own_and_another_pressure_on_each_wheel():
 
 
 def test_results_come_by_rising_pressure_whatever_is_asked_first(monkeypatch, results_alone):
-    settings = small(contact={"tyre": "Tyre1", "pressure_bar": 5.5}, pressures=(4.0, 7.0), fronts=2, samples=20)
+    settings = small(contact={"tyre": "Tyre1", "pressure_bar": 5.5}, fronts=2, samples=20)
     one = settings.reference
     monkeypatch.setattr(Settings, "setups", property(lambda self: (one,)))  # one world tells it
     study = run_study(settings)
-    assert [r.case.condition for r in study.results_of(settings.reference)] == ["4 bar", "5.5 bar", "7 bar"]
-    assert [case.condition for case in study.subject] == ["4 bar", "5.5 bar", "7 bar"]
+    assert [r.case.condition for r in study.results_of(settings.reference)] == ["3.5 bar", "5.5 bar", "7.5 bar"]
+    assert [case.condition for case in study.subject] == ["3.5 bar", "5.5 bar", "7.5 bar"]
     assert study.focus.condition == "5.5 bar"
     (decomposition,) = [d for d in study.decompositions if d.setup == settings.reference]
-    assert (decomposition.higher.condition, decomposition.lower.condition) == ("7 bar", "4 bar")
+    assert (decomposition.higher.condition, decomposition.lower.condition) == ("7.5 bar", "3.5 bar")

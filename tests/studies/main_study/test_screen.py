@@ -155,12 +155,13 @@ def test_the_first_screen_is_short_and_true(racing, heavy):
     low, high = (racing.result(racing.settings.reference, racing.subject[k]) for k in (0, -1))
     assert f"{low.wobble.low:.1f} to >30" in text
     assert f"{high.wobble.low:.1f} to " in text
-    sizes = [one.wobble.largest for one in racing.amplitudes]
-    assert f", to a steer amplitude of {sizes[0]:.1f}° (7.5 bar: {sizes[1]:.1f}°); against" in text
+    largest = [one.wobble for one in racing.amplitudes]
+    size = f"its largest steer amplitude is {largest[0].largest:.1f}°, at {largest[0].at:.0f} m/s (7.5 bar: "
+    assert f"; {size}{largest[1].largest:.1f}°); against" in text
     assert "steer amplitude" not in told(heavy)
     assert f"In 6 samples wobble is worse in {found.graded.for_it}, better in {found.graded.against}, " in text
     fastest = low.wobble
-    assert f"At 3.5 bar wobble grows fastest at {fastest.fastest_at:.0f} m/s ({fastest.frequency_hz:.1f} Hz), " in text
+    assert f"At 3.5 bar wobble grows fastest at {fastest.fastest_at:.0f} m/s ({fastest.frequency_hz:.1f} Hz); " in text
     assert "steer amplitude" not in told(heavy)
     assert f"In 6 samples wobble is worse in {found.graded.for_it}, better in {found.graded.against}, " in text
     assert "Assumed (*): front frame; arms; pneumatic trail, twisting torque, camber stiffness of the tyre." in text

@@ -27,6 +27,18 @@ def test_a_bare_bicycle_is_the_whipple_model_and_said_to_be(name):
     assert "\n" not in chosen.remark
 
 
+@pytest.mark.parametrize(("law", "without_slip"), [
+    ("", True), ("[effects.no_slip]\n", False), ('[effects.side_slip]\ntyre = "Tyre1"\npressure_bar = 5\n', False),
+])  # fmt: skip
+def test_a_model_file_without_a_tyre_is_said_to_be_without_slip(law, without_slip, tmp_path):
+    file = tmp_path / "front.toml"
+    front = "[effects.front_compliance]\njoint_x = 0.9\njoint_z = -0.65\n"
+    file.write_text(f'bicycle = "benchmark"\n{front}{law}')
+    assert ("wheels without slip (Whipple model); add measured tyres" in choose(str(file)).remark) == without_slip
+    if without_slip:
+        assert not choose(str(file), tyre="Tyre1", pressure="5").remark
+
+
 @pytest.mark.parametrize("ending", [".toml", ".yml", ".txt"])
 def test_a_bicycle_file_is_taken_too(ending, tmp_path, capsys):
     fisher = load_bicycle("fisher")
