@@ -33,7 +33,7 @@ UNUSED = (
 )
 @click.argument("runs", nargs=-1, required=True, metavar="RUN.csv@SPEED...")
 @takes_channels
-@click.option("--mode", help="Name of the mode in the table; weave unless --modes is given.")
+@click.option("--mode", help="Name of the mode in the table, such as wobble; weave unless --modes is given.")
 @click.option(
     "--modes", metavar="NAME,NAME", help="Names of several modes in one window, in order of frequency: weave,wobble."
 )
@@ -75,7 +75,7 @@ def command(
     from bicycle.identification.free_decay import identify_modes
     from bicycle.identification.recording import refuse_copies
     from studies.model_space.run_argument import name_apart
-    from studies.motion.free_decays import draw, judge_decays, notes_of
+    from studies.motion.free_decays import draw, judge_decays, notes_of, notes_of_weave
     from studies.reporting.manifest import results
     from studies.reporting.output import print_table
     from tyre.ground.errors import InputError
@@ -108,7 +108,10 @@ def command(
                 stems.append(_choose_stem(event, stems))
                 draw(event, decays_of_run, figures / stems[-1])
     judgements = judge_decays(decays)
-    for note in (*notes, *notes_of(judgements)):
+    notes += notes_of(judgements)
+    if mode is None and modes is None:
+        notes += notes_of_weave(judgements)
+    for note in notes:
         click.echo(f"note: {note}", err=True)
     heads = ["run", "speed m/s", "real 1/s", "imaginary rad/s", "cycles", "R^2", "drift", "start moves it by"]
     print_table([_cells(judgement) for judgement in judgements], [*heads, "repeats", "judgement"])

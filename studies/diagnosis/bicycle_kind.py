@@ -31,6 +31,8 @@ SPEED = number(above=0, most=FASTEST, outside=f"is outside 0 .. {FASTEST:g} m/s;
 FORCED_HZ = np.geomspace(0.5, 4.0, 6)
 FORCED_OUTPUTS = ("lean_rate", "steer", "yaw_rate")
 FORCED_SD = 0.05  # of the magnitude of a frequency response, and of a tenth of its peak
+SPEEDS_TO_PROPOSE = 0.7, 1.3
+"""Least of the lowest and most of the highest measured speed: whoever measured these may not reach others."""
 DRY = {"steer_friction": "needs time histories: dry friction is not linear in the motion, so no mode has it"}
 
 
@@ -153,7 +155,7 @@ class BicycleKind(Kind):
     def propose_forced_response(self, fastest: float) -> tuple[Proposal, ...]:
         """Frequency responses to steer torque at the ``fastest`` measured speed (m/s) and above, unless it falls."""
         proposals = []
-        for speed in (fastest, 1.25 * fastest):  # a bicycle that reached it seldom goes much faster
+        for speed in (fastest, SPEEDS_TO_PROPOSE[1] * fastest):
             system = self.family(())(self.nominal[None], np.array([speed]))
             growth = eigensystem(system.dynamics[0], mass=system.mass[0]).values.real.max()
             if growth > 0.5:  # 1/s: it is not held up while the torque sweeps

@@ -73,7 +73,8 @@ def diagnose(
         if not as_read and (wrong := preflight(kind)):
             raise InputError(
                 f"{measurement.name}: {', or '.join(wrong.readings)}? Read so, with the parameters alone, chi^2 falls "
-                f"from {wrong.before:.3g} to {wrong.after:.3g} per data point; correct the data, or search them as "
+                f"from {wrong.before:.3g} to {wrong.after:.3g} per data point; correct the data (in a channel map "
+                "`sign = -1` or, for a unit, `instead_of`; else the sign or the unit of the column), or search them as "
                 "they are with --as-read"
             )
         judgement = (judge_quickly if quick else judge)(kind, progress=advance)

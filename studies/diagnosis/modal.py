@@ -20,7 +20,7 @@ from bicycle.model.model_family import ModelFamily
 from bicycle.parameters.parameter_covariance import entries_of
 from bicycle.stability.named_modes import modes
 from bicycle.stability.naming import known_modes
-from studies.diagnosis.bicycle_kind import SPEED, SPEED_AXIS, BicycleKind, refuse_repeats
+from studies.diagnosis.bicycle_kind import SPEED, SPEED_AXIS, SPEEDS_TO_PROPOSE, BicycleKind, refuse_repeats
 from studies.diagnosis.corrected_model import with_values
 from studies.diagnosis.doubts import ANGLES, FREQUENCIES, SPEEDS
 from studies.diagnosis.family import Family, MatrixSlopes, Settings, flat_parts
@@ -511,8 +511,8 @@ class Modal(BicycleKind, kind="modal"):
                 title = f"{ratio.replace('_', ' ')} ratio at the measured speeds"
                 sds = np.full(2 * len(self.points), DEFAULT_RATIO_SD)
                 proposals.append(Proposal(title, sds, partial(self._predict_ratio, column)))
-        for factor in (0.8, 1.25, 1.5, 2.0):
-            speed = factor * (fastest if factor > 1 else slowest)
+        lowest, highest = SPEEDS_TO_PROPOSE
+        for speed in (lowest * slowest, (lowest + 1) / 2 * slowest, (1 + highest) / 2 * fastest, highest * fastest):
             title = f"{last.label} at {speed:.3g} m/s, 6 runs"
             sds_of_mean = np.full(2, sd / np.sqrt(6))
             proposals.append(Proposal(title, sds_of_mean, partial(self._predict_mode, last, speed)))

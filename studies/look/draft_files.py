@@ -9,7 +9,7 @@ from pathlib import Path
 from shlex import quote
 from typing import Any
 
-from studies.look.motion_uses import DECAY
+from studies.look.motion_uses import DECAY, RIDE, RideDrafts
 from studies.look.opened import MOTION, QUANTITIES, TORQUES, Roles
 from studies.look.overview import Look
 from studies.look.rig_uses import ALL_PULL, ALL_ROLLING, Supposed
@@ -22,6 +22,7 @@ from tyre.recordings.draft import UNKNOWN, unit_of
 from tyre.recordings.run_checks import TOLERANCES
 
 FILL = "FILL IN"
+OWN_MAPS = {DECAY: (".decays.toml",), RIDE: (".ride.toml",)}  # use -> endings of drafts of a map for it alone
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,28 @@ def drafts(look: Look, folder: Path, stem: str = "") -> list[Draft]:
         channels = _relative(Path(mapped.source), folder) if mapped else f"{stem}.channels.toml"
         text = _fill_template("measurement", channels=channels, file=file, speed=motion.speed)
         files.append(Draft(f"{stem}.measurement.toml", text, "file for diagnose"))
+    if motion is not None:
+        files += _ride_drafts(look, motion.ride, folder, stem)
     if not files and roles.map is None and roles.sidecar is None:
         files.append(Draft(f"{stem}.channels.toml", _candidates(look), "channel map with all candidates"))
+    return files
+
+
+def _ride_drafts(look: Look, ride: RideDrafts, folder: Path, stem: str) -> list[Draft]:
+    """Draft the channel map of a ride where it differs from that of a run, and a file for diagnose."""
+    files = []
+    mapped = look.roles.command_map
+    own_map = ride.own_map and look.roles.map is None
+    if own_map:
+        text = _motion_map(look, (), ride.channels)
+        files.append(Draft(f"{stem}.ride.toml", text, "channel map of the ride"))
+    if ride.spectra:
+        channels = f"{stem}.ride.toml" if own_map else f"{stem}.channels.toml"
+        if mapped is not None:
+            channels = _relative(Path(mapped.source), folder)
+        content = {"channels": channels if ride.mapped else "", "file": _relative(look.opened.path, folder)}
+        text = _fill_template("spectra", **content, speed=ride.speed, recorded=ride.recorded)
+        files.append(Draft(f"{stem}.spectra.toml", text, "file for diagnose, spectra of the ride"))
     return files
 
 
@@ -153,9 +174,9 @@ def _reading(reading: Reading, folder: Path) -> str:
     return "\n".join(["[reading]", *(f"{key} = {_quote(value)}" for key, value in keys.items())]) if keys else ""
 
 
-def _motion_map(look: Look, windows: Iterable[Window]) -> str:
+def _motion_map(look: Look, windows: Iterable[Window], channels: Sequence[str] = (*MOTION, *TORQUES)) -> str:
     reading = _reading(look.opened.reading, look.opened.path.parent)
-    lines = _channels(look.roles, (*MOTION, *TORQUES))
+    lines = _channels(look.roles, channels)
     return _fill_template("motion_map", lines=lines, windows=windows, reading=reading)
 
 
@@ -194,11 +215,12 @@ def steps(look: Look, drafts: Iterable[Draft], folder: Path | None) -> dict[str,
             if look.roles.command_map is not None:
                 step += f" --channels {quote(str(look.roles.command_map.source))}"
         else:
-            endings = (".decays.toml", ".channels.toml") if use.name == DECAY else (".channels.toml",)
+            endings = (*OWN_MAPS.get(use.name, ()), ".channels.toml")
             name = next((name for ending in endings for name in names if name.endswith(ending)), "MAP.toml")
             step = step.replace("MAP.toml", quote(f"{folder}/{name}"))
-            measured = next((name for name in names if name.endswith(".measurement.toml")), "")
-            if measured:
+            ending = ".spectra.toml" if use.name == RIDE else ".measurement.toml"
+            measured = next((name for name in names if name.endswith(ending)), "")
+            if measured and "MEASUREMENT.toml" in step:
                 step = _allowing(look, folder) + step.replace("MEASUREMENT.toml", quote(f"{folder}/{measured}"))
         commands[use.name] = step
     return commands

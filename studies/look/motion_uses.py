@@ -1,8 +1,9 @@
 """Say what ``velotyre modal``, ``frequency-response`` and ``diagnose`` would do with a recording."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from shlex import quote
 from typing import Any
 
@@ -13,6 +14,10 @@ from numpy.typing import NDArray
 from bicycle.identification import recording
 from bicycle.identification.free_decay import Decay, identify
 from bicycle.identification.frequency_response import spectral_response
+from bicycle.identification.ride_recording import PIECE, RIDE_QUANTITIES, SPEED, Ride, read_ride
+from bicycle.identification.ride_wobble import LOWEST_HZ, SHORTEST, Wobble, identify_wobble
+from bicycle.model.eigen import frequency_hz
+from studies.diagnosis.ride_reading import spectra_of_rides
 from studies.look.opened import MOTION, TORQUES, Opened, Roles
 from studies.look.rig_uses import Event, Use, shorten_error
 from tyre.formats.channel_map import ChannelMap, Window
@@ -24,8 +29,11 @@ from tyre.recordings.signal_quality import noise_level
 from tyre.recordings.signal_quality import runs as stretches_of
 
 DECAY, REPLAY, RESPONSE = "free decay (modal)", "replay (histories)", "frequency response"
+RIDE = "ride (wobble, spectra)"
 STARTS, LENGTHS = (0.0, 0.1, 0.3), (12.0, 6.0, 4.0, 2.5)  # s after the peak, s
 ORDER = ("roll_rate_rad_s", "yaw_rate_rad_s", "steer_rate_rad_s", "lean_rad", "steer_rad")  # in which kicks are sought
+ANY_SPEED = 5.0  # m/s, in place of an unknown one: what is judged does not depend on it
+MOST_MISSING = 0.2  # share of the samples of a speed; with more missing it cuts a ride into pieces
 MOST_SAMPLES = 100_000  # of a run that is fitted as a whole
 USUAL_SEGMENT, SHORTEST_SEGMENT, SEGMENTS = 10.0, 2.0, 4  # s, s; end to end: overlapping by half they are seven
 
@@ -75,15 +83,28 @@ class Motion:
     windows: tuple[Window, ...] = ()  # of decays
     part: tuple[Window, ...] = ()  # the longest stretch without missing samples; empty if none are missing
     replayed: bool = False  # the torque is there
+    ride: "RideDrafts" = field(default_factory=lambda: RideDrafts())  # of a ride
+
+
+@dataclass(frozen=True)
+class RideDrafts:
+    """Content of the drafts for a ride."""
+
+    spectra: bool = False  # a file for diagnose can be drafted
+    own_map: bool = False  # the ride needs a map of its own: with the speed, or without windows
+    channels: tuple[str, ...] = ()  # of that map
+    mapped: bool = True  # the recording needs a map
+    speed: float | None = None  # m/s, to be stated; None if it was recorded as a channel, or is unknown
+    recorded: bool = False  # the speed is a channel of the map or a column of the file
 
 
 def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
-    """Judge the three uses of a bicycle's recording, and fill what the drafts say of it."""
+    """Judge the four uses of a bicycle's recording, and fill what the drafts say of it."""
     channels = (*MOTION, *TORQUES)
     columns, path = roles.names(channels), roles.opened.path
 
     def unusable(reasons: Sequence[str], remedies: Sequence[str]) -> list[Use]:
-        return [Use(name, (), tuple(reasons), tuple(remedies)) for name in (DECAY, REPLAY, RESPONSE)]
+        return [Use(name, (), tuple(reasons), tuple(remedies)) for name in (DECAY, REPLAY, RESPONSE, RIDE)]
 
     has_motion = any(name in columns for name in MOTION)
     timed = roles.is_timed(columns)
@@ -101,11 +122,13 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
         remedy = "write the units into the draft or a map for --channels"
         return unusable([f"unknown unit of {without_unit}"], [remedy]), Motion()
     speed = _speed(roles.opened, roles)
+    ride, ride_drafts = _ride(roles, with_unit, speed)
     try:
         channel_map, part = _complete(roles, roles.map_of(with_unit))
-        runs, whole = _runs(roles, channel_map, speed or 5.0)
+        runs, whole = _runs(roles, channel_map, speed or ANY_SPEED)
     except InputError as error:
-        return unusable([shorten_error(error, path)], ["correct that in the file or in the map"]), Motion(speed)
+        others = unusable([shorten_error(error, path)], ["correct that in the file or in the map"])
+        return [use for use in others if use.name != RIDE] + [ride], Motion(speed, ride=ride_drafts)
     decay, windows = _decay(roles, runs, whole, speed)
     replay = _replay(runs, roles, unsure)
     if part:  # windows are counted from the first sample of the file
@@ -115,7 +138,9 @@ def motion_uses(roles: Roles) -> tuple[list[Use], Motion | None]:
             windows = part
         decay, replay = (replace(use, windows=use.usable) for use in (decay, replay))
     command = f"velotyre frequency-response {_recording(roles, speed)}"
-    return [decay, replay, _response(replay, runs, command)], Motion(speed, windows, part, replay.usable)
+    ride_drafts = replace(ride_drafts, own_map=ride_drafts.own_map or (ride_drafts.mapped and bool(part)))
+    uses = [decay, replay, _response(replay, runs, command), ride]
+    return uses, Motion(speed, windows, part, replay.usable, ride_drafts)
 
 
 def _complete(roles: Roles, channel_map: ChannelMap) -> tuple[ChannelMap, tuple[Window, ...]]:
@@ -147,10 +172,10 @@ def _runs(roles: Roles, channel_map: ChannelMap, speed: float) -> tuple[list[rec
     return runs, recording.run_of(whole, path, speed)
 
 
-def _is_native(roles: Roles) -> bool:
-    """True if ``modal`` reads the file as it is, without a map."""
+def _is_native(roles: Roles, more: Sequence[str] = ()) -> bool:
+    """True if ``modal`` reads the file as it is, without a map; for a ride, with ``more`` columns."""
     names = {column.name for column in roles.opened.signals.columns}
-    own_names = "time_s" in names and names <= {"time_s", *recording.CHANNELS, *recording.INPUTS}
+    own_names = "time_s" in names and names <= {"time_s", *recording.CHANNELS, *recording.INPUTS, *more}
     return own_names and roles.map is None and roles.opened.path.suffix.casefold() == ".csv"
 
 
@@ -162,6 +187,113 @@ def _speed(opened: Opened, roles: Roles) -> float | None:
     unit = find_unit(guess.unit or guess.column.unit, "speed", where=str(opened.path))
     speed = unit.factor * opened.quality[guess.column.name].median
     return speed if 0 < speed <= recording.FASTEST else None
+
+
+WOBBLE = "wobble{at}: {hertz:.3g} Hz, decays with {real:.3g} ± {sd:.2g} 1/s"
+SPARSE = "the speed has fewer samples than the motion: its median is stated for the whole ride"
+FOR_SPECTRA = "for spectra, fill in the draft *.spectra.toml of --out DIR, and run `velotyre diagnose` with it"
+STEADY = f"wobble of a ride needs {SHORTEST:g} s or more straight ahead at one speed; it needs no impulse"
+
+
+def _ride(roles: Roles, channels: Sequence[str], speed: float | None) -> tuple[Use, RideDrafts]:
+    """Judge a ride without an impulse by what ``modal --ride`` and ``diagnose`` make of it."""
+    path = roles.opened.path
+    mapped = not _is_native(roles, (SPEED, recording.KM_H, PIECE))
+    recorded, channels = _speed_channel(roles, channels, mapped=mapped)
+    stated = None if recorded else speed
+    channel_map = roles.map_of(channels) if mapped else None
+    if channel_map is not None and roles.command_map is None:
+        channel_map = channel_map.only(RIDE_QUANTITIES)
+    try:
+        ride = read_ride(path, None if recorded else stated or ANY_SPEED, channel_map=channel_map)
+    except InputError as error:
+        return Use(RIDE, (), (shorten_error(error, path),), (STEADY,)), RideDrafts()
+    wobbles, reasons = _wobbles_of(ride, is_known=recorded or stated is not None)
+    sound = [wobble for wobble in wobbles if not wobble.rejected]
+    try:
+        spectra_of_rides([ride], ridden=True)
+        has_spectra = True
+    except (InputError, ArithmeticError, ValueError) as error:
+        reasons.append(f"spectra: {shorten_error(error, path)}")
+        has_spectra = False
+    if not sound and not has_spectra:
+        return Use(RIDE, (), tuple(reasons), (STEADY,)), RideDrafts()
+    drafts = RideDrafts(has_spectra, mapped and recorded, tuple(channels), mapped, stated, recorded)
+    events = _segments(roles, ride, sound, is_known=recorded or stated is not None)
+    if stated:
+        events = (replace(events[0], notes=(*events[0].notes, SPARSE)), *events[1:])
+    if not sound:
+        step, provided = "velotyre diagnose MEASUREMENT.toml --out diagnosis", "the bicycle"
+        if not recorded:
+            provided += " and the forward speed"
+        return Use(RIDE, events, tuple(reasons), (STEADY,), step, provided), drafts
+    at = quote(str(path)) if recorded else quote(f"{path}@{f'{stated:.2f}' if stated else 'SPEED'}")
+    if mapped:
+        at += f" --channels {quote(str(roles.command_map.source)) if roles.command_map else 'MAP.toml'}"
+    step = f"velotyre modal {at} --ride --out wobble.csv"
+    provided = "" if recorded or stated else "the forward speed in m/s, after @"
+    return Use(RIDE, events, tuple(reasons), (FOR_SPECTRA,) if has_spectra else (), step, provided), drafts
+
+
+def _speed_channel(roles: Roles, channels: Sequence[str], *, mapped: bool) -> tuple[bool, list[str]]:
+    """Find whether a ride has its speed, and the channels of its map with it.
+
+    A speed with fewer samples than the motion, as of a GPS, is not mapped: it would cut the motion at its gaps, or
+    bring it to its own rate.
+    """
+    if not mapped:
+        names = {column.name for column in roles.opened.signals.columns}
+        return bool(names & {SPEED, recording.KM_H}), list(channels)
+    with_speed = [*channels, "speed"]
+    if roles.map is not None:
+        return "speed" in roles.map.channels, with_speed
+    if "speed" not in roles.guessed or "speed" in roles.unknown_units(["speed"]):
+        return False, list(channels)
+    samples = roles.opened.quality[roles.guessed["speed"].column.name]
+    is_sparse = samples.missing > MOST_MISSING * samples.samples
+    if is_sparse or roles.resampling(with_speed) != roles.resampling(channels):
+        return False, list(channels)
+    return True, with_speed
+
+
+def _wobbles_of(ride: Ride, *, is_known: bool) -> tuple[tuple[Wobble, ...], list[str]]:
+    """Identify the wobble of a ``ride`` at each speed, known or not; and say why some speeds have none."""
+    try:
+        wobbles = identify_wobble(ride)
+    except (ArithmeticError, ValueError) as error:
+        return (), [f"wobble: {error}"]
+    rejected = [wobble for wobble in wobbles if wobble.rejected]
+    return wobbles, [f"wobble{_at(wobble.speed, is_known=is_known)}: {wobble.rejected}" for wobble in rejected]
+
+
+def _at(speed: float, *, is_known: bool) -> str:
+    return f" at {speed:.3g} m/s" if is_known else ""
+
+
+def _segments(roles: Roles, ride: Ride, wobbles: Sequence[Wobble], *, is_known: bool) -> tuple[Event, ...]:
+    """List the segments of a ``ride``; the first of each speed names the wobble at that speed."""
+    file = _file_time(roles)
+    runs = list(ride.segments)
+    if (np.diff(file) <= 0).any():  # time begins again at each piece, and does not find the samples
+        left_out: Counter[str] = Counter()
+        for part in ride.parts_left_out:
+            left_out[part.why] += part.samples
+        events = [Event("", 1, file.size, sum(run.time.size for run in runs), dict(left_out))]
+    else:
+        names = [run.name.partition("#")[2] for run in runs]
+        events = [
+            _event(run, file, f"segment {name}" if name else "", 0.0, np.inf, ())
+            for run, name in zip(runs, names, strict=True)
+        ]
+    for wobble in wobbles:
+        nearest = min(range(len(runs)), key=lambda k: abs(runs[k].speed - wobble.speed))
+        root = wobble.eigenvalue
+        note = WOBBLE.format(
+            at=_at(wobble.speed, is_known=is_known), hertz=float(frequency_hz(root)), real=-root.real, sd=wobble.sd[0]
+        )
+        place = min(nearest, len(events) - 1)
+        events[place] = replace(events[place], notes=(*events[place].notes, note))
+    return tuple(events)
 
 
 def _event(run: recording.Run, file: Array, name: str, first_s: float, last_s: float, notes: tuple[str, ...]) -> Event:
@@ -218,7 +350,7 @@ def _decay(
             if kick_events and (not fits or max(map(_doubt, kick_fits)) < 0.5 * min(map(_doubt, fits))):
                 if events:
                     reasons.append(f"the whole recording: R^2 = {poorest:.2f}; the stretches after impulses fit better")
-                windows, events = kick_windows, kick_events
+                windows, events, fits = kick_windows, kick_events, kick_fits
                 break
             reasons += [] if events else ["no stretch after a peak is one decaying oscillation either"]
     if not events:
@@ -229,6 +361,8 @@ def _decay(
             remedies.append("or leave motions that show no decay out of the map")
         return Use(DECAY, (), tuple(reasons), tuple(remedies)), ()
     step = f"{command} --out modal.csv"
+    if all(float(frequency_hz(fit.eigenvalue)) >= LOWEST_HZ for fit in fits):
+        step += " --mode wobble"
     if len(windows) == 1 and _is_native(roles):
         step += f" --from {windows[0].first:g} --to {windows[0].last:g}"
     grows = any("GROWS" in note for event in events for note in event.notes)

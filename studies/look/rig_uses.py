@@ -26,7 +26,15 @@ from tyre.recordings.recording import CONVENTIONS, Condition, LateralStiffnessTe
 from tyre.recordings.run_checks import preflight
 
 SWEEP, PULLED, STEP, STEADY = "slip sweep", "lateral stiffness test", "step (relaxation)", "steady curve"
-USES = (SWEEP, PULLED, STEP, "free decay (modal)", "replay (histories)", "frequency response")
+USES = (
+    SWEEP,
+    PULLED,
+    STEP,
+    "free decay (modal)",
+    "ride (wobble, spectra)",
+    "replay (histories)",
+    "frequency response",
+)
 """Uses of a recording; of a table without time the first one is a steady curve."""
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bicycle.identification.free_decay import Decay
 from bicycle.identification.recording import Run
+from bicycle.identification.ride_wobble import LOWEST_HZ
 from bicycle.identification.scatter import repeats
 from bicycle.model.eigen import frequency_hz
 from tyre.ground.number_with_sd import with_sd
@@ -27,6 +28,8 @@ NOTES = {
     "to run, as on a rough road that drives the motion",
     "some alone": "{alone} of {rows} rows have no repeat within 5 % of its speed: the sd of the fit says nothing of "
     "the scatter from run to run, as on a rough road that drives the motion, unless other speeds showed it",
+    "fast weave": "called weave at {least:g} Hz or more, the band of wobble: {fast} of {rows} rows, up to {hertz:.3g} "
+    "Hz; --mode wobble names a table of wobble",
 }
 BESIDE = {
     "dies": "a transient that dies within {seconds:.2g} s",
@@ -105,6 +108,18 @@ def notes_of(judgements: Sequence[Judged]) -> Iterator[str]:
         yield NOTES["no repeats" if without_repeats == len(used) else "some alone"].format(
             alone=without_repeats, rows=len(used)
         )
+
+
+def notes_of_weave(judgements: Sequence[Judged]) -> Iterator[str]:
+    """Note rows that are called weave without being asked to, in the band of wobble."""
+    used = [judgement for judgement in judgements if not judgement.rejected]
+    fast = [
+        hertz
+        for judgement in used
+        if judgement.mode == "weave" and (hertz := float(frequency_hz(judgement.decay.eigenvalue))) >= LOWEST_HZ
+    ]
+    if fast:
+        yield NOTES["fast weave"].format(fast=len(fast), rows=len(used), least=LOWEST_HZ, hertz=max(fast))
 
 
 def drift_words(decay: Decay) -> str:

@@ -1,6 +1,7 @@
 """The channel map of a laboratory: which column is which channel, in what unit and sign, and how the file is read."""
 
 import math
+import re
 import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -180,10 +181,15 @@ class ChannelMap:
         return replace(self, channels={**self.channels, **entries}, clock=clock)
 
 
+_HEADING = re.compile(r"""([^'"]*[^'"\s])\s+([\[(][^\[\]()'"]+[\])])(?:\s+([+-]?1))?""")
+"""A column as the heading has it, its unit in brackets, and a sign."""
+
+
 def _from_text(option: str) -> tuple[str, MappedColumn | Clock]:
     name, equals, column_text = (part.strip() for part in option.partition("="))
+    heading = _HEADING.fullmatch(column_text)
     try:
-        words = shlex.split(column_text, posix=True)
+        words = [word for word in heading.groups() if word] if heading else shlex.split(column_text, posix=True)
     except ValueError:
         words = []
     if name == "time" and len(words) == 2 and words[1].casefold() == "hz":

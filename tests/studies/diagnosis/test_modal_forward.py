@@ -107,11 +107,11 @@ def test_the_proposed_forced_response_is_that_of_the_model(forward):
 
 
 def test_no_speed_is_proposed_that_is_far_beyond_those_measured(forward):
-    assert [one.what.split(" at ")[1].split()[0] for one in forward.propose_forced_response(6.0)] == ["6", "7.5"]
+    assert [one.what.split(" at ")[1].split()[0] for one in forward.propose_forced_response(6.0)] == ["6", "7.8"]
 
 
 def test_a_bicycle_that_falls_is_not_proposed_for_a_sweep(forward):
-    assert forward.propose_forced_response(1.0) == ()  # 1 and 1.25 m/s, far below the weave speed
+    assert forward.propose_forced_response(1.0) == ()  # 1 and 1.3 m/s, far below the weave speed
 
 
 def test_it_can_be_sent_to_another_process_after_use(forward):
@@ -141,3 +141,11 @@ def test_modes_far_from_those_of_the_bicycle_are_judged_without_a_traceback():
         Modal(name="odd", model=Model(load_bicycle("benchmark")), points=points, uncertainty=wide), quick=True
     )
     assert np.isfinite(found.final.objective)
+
+
+def test_no_measurement_is_proposed_far_outside_the_measured_speeds(forward):
+    """A rider who measured up to 9 m/s cannot go to 18 m/s."""
+    proposed = [p.what for p in forward.propose_measurements()]
+    speeds = [float(what.rpartition(" at ")[2].split(" m/s")[0]) for what in proposed if " m/s" in what]
+    assert min(speeds) == pytest.approx(0.7 * forward.speeds.min(), rel=0.01)
+    assert max(speeds) == pytest.approx(1.3 * forward.speeds.max(), rel=0.01)

@@ -78,6 +78,7 @@ def test_the_model_file_holds_what_the_line_says_is_added(reported):
     assert set(content.get("effects", {})) - base == set(wanted)
     assert f"`model.toml` with {' + '.join(wanted) or 'nothing'} added, " in screen["model"]
     assert "Use: " not in screen["model"]  # nothing was written that a command could use
+    assert screen["model"].startswith("No file is written without --out. It would be `model.toml` with ")
     assert f"{' + '.join(wanted) or 'nothing'} added" in content["description"]
     assert ("an empirical torque (" in screen["what"]) == (word in KEEP_A_TORQUE)
     assert ("With the unmodelled torque" in screen["evidence"]) == (word in KEEP_A_TORQUE)

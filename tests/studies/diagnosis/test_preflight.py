@@ -50,9 +50,9 @@ def times(source, target, factors):
 def test_a_column_in_another_unit_of_another_sign_or_place_is_the_answer(modal, tmp_path, factors, reading):
     """No physics explains the data better as they stand; of histories the cases below ask the whole library."""
     measurement = times(modal, tmp_path, factors)
-    with pytest.raises(
-        InputError, match=f"MEASUREMENT: {reading}.*Read so, with the parameters alone, chi\\^2 falls from"
-    ):
+    remedy = r"in a channel map `sign = -1` or, for a unit, `instead_of`; else the sign or the unit of the column"
+    falls = rf"Read so, with the parameters alone, chi\^2 falls from .*; correct the data \({remedy}\)"
+    with pytest.raises(InputError, match=f"MEASUREMENT: {reading}.*{falls}"):
         diagnose(measurement, without=all_but(measurement, TRIED))
 
 

@@ -77,10 +77,10 @@ def test_rows_of_two_settings_are_no_repeats(tmp_path):
 def test_a_further_measurement_is_predicted_at_a_setting_that_was_measured(tmp_path):
     forward = read_measurement(written(tmp_path, "steer_assist.gain", (2.0, 2.0, 9.0))).prepare()
     theta = forward.nominal
-    (slow,) = (p for p in forward.propose_measurements() if " at 3.2 m/s" in p.what)
+    (slow,) = (p for p in forward.propose_measurements() if " at 3.4 m/s" in p.what)
     assert "steer_assist.gain = 9" in slow.what
     assist = effect_class("steer_assist")(gain=9.0, fade_speed=6.0)
-    found = forward.model.with_effect(assist).linear_model().eigenvalues(3.2)
+    found = forward.model.with_effect(assist).linear_model().eigenvalues(3.4)
     predicted = slow.predict_white((), theta)[0] * slow.sd
     assert np.abs(found - complex(*predicted)).min() < 1e-9
 

@@ -167,3 +167,13 @@ def test_a_window_that_tells_more_is_taken_before_a_whole_recording_that_would_d
     )
     found = identify(read_run(path, 5.0), first_s=event.start_s, last_s=event.end_s)
     assert abs(found.eigenvalue - root) < 4 * max(found.sd) < 2 * max(whole.sd)
+
+
+@pytest.mark.parametrize(("hertz", "named"), [(6.0, True), (3.0, False)])
+def test_a_decay_in_the_band_of_wobble_is_named_wobble(tmp_path, hertz, named):
+    time, rng = np.arange(0, 3, 0.01), np.random.default_rng(1)
+    roll_rate = np.exp(-0.9 * time) * np.cos(2 * np.pi * hertz * time) + rng.normal(0, 0.01, time.size)
+    np.savetxt(tmp_path / "a.csv", np.c_[time, roll_rate], delimiter=",", header="time_s,roll_rate_rad_s", comments="")
+    decay = use(look(tmp_path / "a.csv"), "free decay")
+    assert decay.events[0].notes[0].startswith(f"{hertz:g} Hz, decays with ")
+    assert ("--mode wobble" in decay.next_step) is named

@@ -52,6 +52,10 @@ def test_a_map_of_a_file(tmp_path):
     ("torque=T 'N m' +1", "torque", MappedColumn("T", "N m")),
     ("steer=d -1", "steer", MappedColumn("d", "", -1.0)),
     ("steer=d", "steer", MappedColumn("d")),
+    # as the heading has it, without quotes
+    ("steer_rate=Gyroscope z (deg/s)", "steer_rate", MappedColumn("Gyroscope z", "(deg/s)")),
+    ("lean=Tilt about x axis [rad] -1", "lean", MappedColumn("Tilt about x axis", "[rad]", -1.0)),
+    ("steer=a(b)", "steer", MappedColumn("a(b)")),
 ])  # fmt: skip
 def test_channels_of_the_command_line(text, name, expected):
     assert ChannelMap().with_channels([text]).channels == {name: expected}

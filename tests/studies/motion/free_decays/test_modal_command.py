@@ -212,3 +212,17 @@ def test_a_channel_that_is_no_motion_of_a_bicycle_is_refused_in_one_true_line(tm
         told = capsys.readouterr().err
         assert words in told
         assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize(("hertz", "options", "noted"), [
+    (6.0, [], True), (6.0, ["--mode", "wobble"], False), (6.0, ["--mode", "weave"], False), (3.0, [], False),
+])  # fmt: skip
+def test_weave_in_the_band_of_wobble_is_noted_unless_the_name_was_given(tmp_path, capsys, hertz, options, noted):
+    time, rng = np.arange(0, 3, 0.01), np.random.default_rng(1)
+    roll_rate = np.exp(-0.9 * time) * np.cos(2 * np.pi * hertz * time) + rng.normal(0, 0.01, time.size)
+    np.savetxt(tmp_path / "a.csv", np.c_[time, roll_rate], delimiter=",", header="time_s,roll_rate_rad_s", comments="")
+    main(["modal", f"{tmp_path / 'a.csv'}@6.94", *options, "--out", str(tmp_path / "modal.csv")])
+    note = "note: called weave at 4 Hz or more, the band of wobble: 1 of 1 rows, up to 6 Hz; --mode wobble names a"
+    assert (note in capsys.readouterr().err) is noted
+    mode = options[-1] if options else "weave"
+    assert (tmp_path / "modal.csv").read_text().splitlines()[1].startswith(f"6.94,{mode},")
