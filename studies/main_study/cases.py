@@ -135,6 +135,12 @@ def tyre_cases(settings: Settings) -> Cases:
     cases: list[TyreCase] = []
     left_out: list[str] = []
     contact = settings.contact
+    if contact is not None and "tyre" not in contact and settings.pressures:
+        pressures = ",".join(f"{bar:g}" for bar in settings.pressures)
+        raise InputError(
+            f"--pressures {pressures}: the model file states the tyre by numbers, [effects.{LAW}], those of one "
+            "pressure; write tyre and pressure_bar there, or remove --pressures"
+        )
     if contact is not None:
         asked = [{**contact, "pressure_bar": bar} for bar in settings.pressures] if "tyre" in contact else []
         cases += [given_case(table, settings.bicycle) for table in asked or [dict(contact)]]

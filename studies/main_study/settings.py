@@ -467,11 +467,6 @@ def settings_of(
         if tyre is not None and "contact" in content:
             law = f"its own contact law, [effects.{LAW}]"
             raise InputError(f"{model} has {law}; change the tyre there, or remove --tyre")
-        if pressures is not None and "tyre" not in content.get("contact", {"tyre": ""}):
-            raise InputError(
-                f"--pressures {pressures}: {model} states the tyre by numbers, [effects.{LAW}], which are those of one "
-                "pressure; write tyre and pressure_bar there, or remove --pressures"
-            )
         return Settings(**{"front": assumed} | content | tyre_options)
     if rider is not None:
         if bicycle is None:

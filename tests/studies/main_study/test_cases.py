@@ -130,6 +130,13 @@ def test_numbers_of_a_model_file_are_a_tyre_known_to_a_tenth():
     assert not first.extrapolated
 
 
+def test_pressures_beside_numbers_of_a_tyre_are_refused():
+    with pytest.raises(
+        InputError, match=r"--pressures 4,7: the model file states the tyre by numbers, .* remove --pres"
+    ):
+        tyre_cases(small(contact=NUMBERS, pressures=(4.0, 7.0)))
+
+
 def test_a_tyre_of_its_own_and_another_pressure_on_each_wheel():
     settings = small(
         contact={

@@ -195,12 +195,6 @@ def test_what_is_wrong_in_a_model_file_is_told_with_its_name(model, effects, wor
         main_study.settings_of(model(effects))
 
 
-def test_pressures_beside_numbers_of_a_tyre_are_refused(model):
-    numbers = "[effects.relaxation_length]\ncornering_stiffness = 6500\nrelaxation_length = 0.13\n"
-    with pytest.raises(InputError, match=r"--pressures 3,5: .*mine.toml states the tyre by numbers, .* remove --press"):
-        main_study.settings_of(model(numbers), pressures="3,5")
-
-
 def test_a_bicycle_in_the_place_of_the_model_is_the_bicycle(tmp_path):
     by_option = main_study.settings_of(bicycle="pista", pressures="4,6")
     assert main_study.settings_of("pista", pressures="4,6").bicycle.values == by_option.bicycle.values
