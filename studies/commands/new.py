@@ -96,12 +96,13 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
     stated_options = [key for key in click.get_current_context().params if stated(key)]
     describes_bicycle = bool(set(stated_options) & set(data))
     unused: tuple[str, ...] = {"model": (), "measurement": ("tyre", *FIGURES)}.get(kind, ("bicycle", "tyre", *FIGURES))
-    why = f"is of a model file; leave it out with --kind {kind}"
+    why = dict.fromkeys(unused, f"is of a model file; leave it out with --kind {kind}")
     if describes_bicycle:
-        unused, why = ("kind", "bicycle", "tyre"), "is not used for your own bicycle; leave it out"
-    for option in unused:
+        why = dict.fromkeys(("kind", "bicycle", "tyre"), "is not used for your own bicycle; leave it out")
+        why["tyre"] += f", and change the tyre in {_model_beside(target).name}, which is written too"
+    for option, reason in why.items():
         if option in stated_options:
-            raise InputError(f"--{option.replace('_', '-')} {why}")
+            raise InputError(f"--{option.replace('_', '-')} {reason}")
     if describes_bicycle:
         _write_own_bicycle(target, data, published, force=force)
         return
@@ -125,6 +126,11 @@ def command(target: Path, kind: str, bicycle: str, tyre: str, *, force: bool, **
     click.echo(f"{target}: {bicycle} on {tyre}; next: velotyre modes {quote(str(target))}")
 
 
+def _model_beside(target: Path) -> Path:
+    """The model file that is written with the bicycle file ``target``."""
+    return target.with_name(f"{target.stem}_model.toml")
+
+
 def _write_own_bicycle(target: Path, data: dict[str, Any], published: dict[str, float | None], *, force: bool) -> None:
     """Write a bicycle and its model; its owner gives ``data``, option -> value (SI, angles in degrees) or None.
 
@@ -139,7 +145,7 @@ def _write_own_bicycle(target: Path, data: dict[str, Any], published: dict[str, 
         missing.append("--trail or --fork-offset")
     if missing:
         raise InputError(f"your own bicycle needs {', '.join(missing)}")
-    model_target = target.with_name(f"{target.stem}_model.toml")
+    model_target = _model_beside(target)
     if model_target.exists() and not force:
         raise InputError(
             f"{model_target} exists, where the model of {target} is written; give --force to overwrite both or another "

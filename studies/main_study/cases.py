@@ -144,6 +144,7 @@ def tyre_cases(settings: Settings) -> Cases:
     if contact is not None:
         asked = [{**contact, "pressure_bar": bar} for bar in settings.pressures] if "tyre" in contact else []
         cases += [given_case(table, settings.bicycle) for table in asked or [dict(contact)]]
+    refused: dict[tuple[str, str], list[str]] = {}  # tyre on a surface and reason -> its pressures
     for source, measured in _measured_tyres(settings):
         if not settings.pressures and not measured.pressures.size:
             left_out.append(f"{measured.label}: its file states no pressure; give --pressures")
@@ -158,7 +159,8 @@ def tyre_cases(settings: Settings) -> Cases:
                 packaged = not is_file_name(source)
                 cases.append(_measured_case(table, (measured, measured), settings.bicycle, packaged=packaged))
             except InputError as error:
-                left_out.append(f"{measured.tyre} {measured.surface} at {pressure:g} bar: {error}")
+                refused.setdefault((f"{measured.tyre} {measured.surface}", str(error)), []).append(f"{pressure:g}")
+    left_out += [f"{tyre} at {', '.join(pressures)} bar: {why}" for (tyre, why), pressures in refused.items()]
     if not cases:
         raise InputError("no tyre can be studied: " + "; ".join(left_out))
     by_condition: dict[tuple[str, str], TyreCase] = {}  # a model file may name a pressure that was measured
@@ -220,7 +222,7 @@ def _measured_case(table: Table, tyres: tuple[TyreSource, TyreSource], bicycle: 
             raise InputError(
                 f"{tyre.label} has no lateral stiffness, so no relaxation length, which the main study requires; add "
                 "the result of a lateral stiffness test to its file (lateral_stiffness_N_per_mm of a Pacejka-89 set, "
-                "LATERAL_STIFFNESS of a .tir file)"
+                "LATERAL_STIFFNESS of a .tir file), or state cornering_stiffness and relaxation_length in a model file"
             )
         marked = tyre.synthetic and "synthetic" not in tyre.tyre.lower()
         names[tyre.tyre + (" (synthetic)" if marked else "")] = None

@@ -180,7 +180,8 @@ def test_luggage_is_joined_by_the_theorem_of_steiner(tmp_path):
     ([*EIGHT, "--front-wheel-mass", "1500"], "--front-wheel-mass 1500 kg is outside 2 to 50 % of the bicycle"),
     ([*EIGHT, "--front-wheel-inertia", "0.1"], "--front-wheel-inertia needs --front-wheel-mass"),
     ([*EIGHT, "--front-wheel-mass", "1.5", "--front-wheel-inertia", "0.9"], "is 5.3 of m r^2; a wheel has 0.3 to"),
-    ([*EIGHT, "--kind", "sensors"], "--kind is not used for your own bicycle"),
+    ([*EIGHT, "--kind", "sensors"], "--kind is not used for your own bicycle; leave it out"),
+    ([*EIGHT, "--tyre", "Tyre2"], "--tyre is not used for your own bicycle; leave it out, and change the tyre in "),
     (["--posture", "drops"], "your own bicycle needs --wheelbase, --head-angle, --wheel, --mass, --trail or"),
 ])  # fmt: skip
 def test_what_makes_no_bicycle_is_refused(tmp_path, options, words, refused):
