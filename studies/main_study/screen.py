@@ -40,7 +40,7 @@ class PressureChange(NamedTuple):
 
     onset: tuple[float, float, float] | None  # m/s: median, low, high; None: too few samples wobble at both pressures
     growth: tuple[float, float, float]  # 1/s, of the fastest growth at ridden speeds, likewise
-    some_wobble: bool  # at either pressure
+    some_wobble: bool  # at ridden speeds, at either pressure
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,7 @@ def compare_pressures(low: Samples, high: Samples) -> PressureChange:
         middle, smallest, largest = np.quantile(changes, quantiles)
         return float(middle), float(smallest), float(largest)
 
-    some_wobble = bool(np.isfinite(low.onset).any() or np.isfinite(high.onset).any())
+    some_wobble = bool((low.wobbles_ridden | high.wobbles_ridden)[computed].any())
     onset_change = spread(onset) if len(onset) >= LIMITS.fewest else None
     return PressureChange(onset_change, spread(growth[0] - growth[1]), some_wobble)
 

@@ -104,6 +104,17 @@ def test_the_hands_are_no_promise(racing):
     assert "| on, rigid |" in told(replace(racing, results=results, settings=own))
 
 
+def test_growth_is_compared_only_where_some_sample_wobbles_at_ridden_speeds(racing):
+    setup = racing.settings.reference
+    calm = tuple(
+        replace(s, onset=np.full_like(s.onset, 25.0), end=np.full_like(s.onset, 29.0)) if s.setup == setup else s
+        for s in racing.samples
+    )
+    case = answer(replace(racing, samples=calm)).cases[0]
+    assert not case.change.some_wobble  # what wobbles at 25 m/s does not at 3 to 20 m/s
+    assert answer(racing).cases[0].change.some_wobble
+
+
 def test_the_least_bump_is_the_amplitude_at_which_dry_friction_no_longer_stops_the_growth(racing):
     """Integrated in time with a torque of 0.1 N m against the steer rate: less of it decays, more of it grows."""
     amplitude, setup = racing.amplitudes[0], racing.settings.reference
