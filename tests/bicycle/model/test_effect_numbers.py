@@ -37,6 +37,14 @@ def test_the_uncertainty_of_a_ratio_is_that_of_the_damping():
     assert model.sd == {"front_compliance.damping": pytest.approx(damping * 0.5 / 0.2, rel=1e-12)}
 
 
+def test_a_ratio_leaves_the_uncertainty_of_the_numbers_behind_it():
+    front = {**HINGE, "stiffness": 4200.0, "damping_ratio": "0.2(5)"}
+    law = {"cornering_stiffness": 6000.0, "relaxation_length": "0.1(1)"}
+    model = build_model({"bicycle": "pista", "effects": {"front_compliance": front, "relaxation_length": law}})
+    lengths = {f"relaxation_length.relaxation_length.{wheel}" for wheel in ("rear", "front")}
+    assert set(model.sd) == {"front_compliance.damping", *lengths}
+
+
 def test_one_number_of_both_wheels_has_one_error():
     law = {"cornering_stiffness": "6000(300)", "relaxation_length": {"rear": "0.1(1)", "front": 0.12}}
     model = build_model({"bicycle": "pista", "effects": {"relaxation_length": law}})

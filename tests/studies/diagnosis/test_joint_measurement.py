@@ -1,5 +1,6 @@
 """One bicycle measured twice: weave and rides of the published benchmark, by nothing of velotyre (synthetic)."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ from published_bicycle import ride, weave
 from small_library import among
 
 from studies.cli import main
-from studies.diagnosis import JointData, draw_all, find, read_measurement
+from studies.diagnosis import JointData, draw_all, find, read_measurement, terminal
 from tests.shared.refusals import refuses
 
 HEAD = """
@@ -89,6 +90,17 @@ def test_parts_agree_once_the_sensor_is_named(off):
     assert [p.part for p in found.parts] == ["modes", "kicks"]
     assert not any(p.contradicts for p in found.parts)
     assert found.without == {}
+
+
+def test_a_part_that_contradicts_the_rest_is_named(tmp_path):
+    """Weave as at 1.3 times the stated speed: no effect and no parameter explains it beside the rides."""
+    other = among(read_measurement(written(tmp_path, roots_scale=1.3)), ("kicks/steer_scale",))
+    found = find(other)
+    assert (other.verdict.verdict, found.joint_fits, found.odd_names) == ("unknown", False, ["modes"])
+    first = next(line for line in terminal(other, found).splitlines() if line.startswith("check first: "))
+    counts = re.search(r"Without modes all other data fit \((\d+) of (\d+) data points\)\.", first)
+    assert int(counts[2]) - int(counts[1]) == 8 * 4  # eight points of weave: two parts of the root, two of the ratio
+    assert "Check the set-up and the sensors of modes." in first
 
 
 def test_each_part_has_its_own_figures(off, tmp_path, no_pictures):
