@@ -74,6 +74,7 @@ def test_a_posture_has_its_own_hands(file):
         "[values]\nreach_m = 0.6\ndrop_m = -0.1\n[posture.drops]\nreach_m = 0.7\ndrop_m = 0.2\n[sd]\nreach_m = 0.002\n"
     )
     assert read_geometry(path, "upright").values == {"reach_m": 0.6, "drop_m": -0.1}
+    assert read_geometry(path, "upright").source == path.name  # where the file states no source
     drops = read_geometry(path, "drops")
     assert drops.values == {"reach_m": 0.7, "drop_m": 0.2}
     assert (drops.sd, drops.assumed) == ({"reach_m": 0.002, "drop_m": 0.005}, ())
