@@ -196,15 +196,17 @@ def _read_model(text: str) -> ChosenModel:
             name: locate_rider(located(table, folder), folder) if isinstance(table, Mapping) else table
             for name, table in content["effects"].items()
         }
-    return ChosenModel(content, text, "" if _states_contact(content.get("effects")) else f"{text}: {WHIPPLE}")
+    return ChosenModel(content, text, f"{text}: {WHIPPLE}" if _lacks_tyres(content.get("effects")) else "")
 
 
-def _states_contact(effects: Any) -> bool:
-    """True if the table ``effects`` of a model file names a contact law, of velotyre or of the user."""
+def _lacks_tyres(effects: Any) -> bool:
+    """True if the table ``effects`` of a model file has a flexible front frame, but no contact law: no wobble then."""
     from bicycle.effects.effect_registry import registry
 
+    if not isinstance(effects, Mapping) or "front_compliance" not in effects:
+        return False
     known = registry()
-    return isinstance(effects, Mapping) and any(name in known and known[name].slot == "contact law" for name in effects)
+    return not any(name in known and known[name].slot == "contact law" for name in effects)
 
 
 def find_bicycle(text: str) -> str | None:

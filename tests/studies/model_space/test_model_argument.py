@@ -30,7 +30,7 @@ def test_a_bare_bicycle_is_the_whipple_model_and_said_to_be(name):
 @pytest.mark.parametrize(("law", "without_slip"), [
     ("", True), ("[effects.no_slip]\n", False), ('[effects.side_slip]\ntyre = "Tyre1"\npressure_bar = 5\n', False),
 ])  # fmt: skip
-def test_a_model_file_without_a_tyre_is_said_to_be_without_slip(law, without_slip, tmp_path):
+def test_a_flexible_front_frame_without_a_tyre_is_said_to_be_without_slip(law, without_slip, tmp_path):
     file = tmp_path / "front.toml"
     front = "[effects.front_compliance]\njoint_x = 0.9\njoint_z = -0.65\n"
     file.write_text(f'bicycle = "benchmark"\n{front}{law}')
