@@ -94,7 +94,7 @@ class LimitCycles:
     def __repr__(self) -> str:
         onsets = [f"{one.critical.mode} at {one.critical.speed:.4g} m/s ({one.kind})" for one in self.onsets]
         return (
-            f"<LimitCycles up to {self.max_speed:g} m/s: {len(self.branches)} branches\n"
+            f"<LimitCycles up to {self.max_speed:g} m/s: branches: {len(self.branches)}\n"
             f" onsets: {', '.join(onsets) or 'none'}>"
         )
 

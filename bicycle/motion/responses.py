@@ -164,7 +164,7 @@ class Response:
         return (
             f"<Response at {self.speed:g} m/s: {len(self.time)} times, {self.time[0]:g} to {self.time[-1]:g} s\n"
             f" outputs {', '.join(self.outputs)}\n"
-            f" inputs {', '.join(self.inputs) or 'none'}; {len(self.warnings)} warnings>"
+            f" inputs {', '.join(self.inputs) or 'none'}; warnings: {len(self.warnings)}>"
         )
 
     @property

@@ -170,10 +170,7 @@ class StabilityChart:
         axes = [f"{s.axis.key} {s.low:g} to {s.high:g} {s.axis.unit}".removesuffix(" 1") for s in self.plane.spans]
         speed = "" if self.plane.speed is None else f" at {self.plane.speed:g} m/s"
         modes = [" or ".join(name or "unknown" for name in boundary.distinct) for boundary in self.boundaries]
-        return (
-            f"<StabilityChart{speed}: {', '.join(axes)}\n"
-            f" {len(modes)} stability boundaries{': ' if modes else ''}{', '.join(modes)}>"
-        )
+        return f"<StabilityChart{speed}: {', '.join(axes)}\n stability boundaries: {', '.join(modes) or 'none'}>"
 
     def frame(self) -> pd.DataFrame:
         """Make a table with a row per point of a boundary; units are in the names of the columns."""

@@ -59,7 +59,8 @@ def rank_measurements(
 
 def _share_definite(sample: Samples, drawn: Mapping[str, Array], known: list[str], unknown: list[str]) -> float:
     """Probability that a case is definite once the ``known`` numbers are."""
-    excess = sample.peak[sample.computed] - LIMITS.growth
+    growth = np.maximum(sample.peak, LIMITS.slowest)[sample.computed]  # finite where nothing oscillates
+    excess = growth - LIMITS.growth
     columns = [np.ones(len(excess))]
     for name in [*known, *unknown]:
         numbers = drawn[name][sample.computed]

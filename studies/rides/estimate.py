@@ -73,9 +73,9 @@ class RideForces:
     def __repr__(self) -> str:
         largest = [max((np.abs(s.force[wheel]).max() for s in self.segments), default=0.0) for wheel in range(2)]
         return (
-            f"<RideForces: {len(self.segments)} segments, {', '.join(segment.name for segment in self.segments)}\n"
+            f"<RideForces of {', '.join(segment.name for segment in self.segments)}\n"
             f" largest lateral force {largest[0]:.3g} N rear, {largest[1]:.3g} N front; misfit {self.misfit:.3g}; "
-            f"{len(self.notes)} notes>"
+            f"notes: {len(self.notes)}>"
         )
 
     def share(self, segment: SegmentForces) -> Array:

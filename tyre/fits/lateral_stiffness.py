@@ -43,11 +43,11 @@ class LateralStiffnessFit:
     def __repr__(self) -> str:
         k = self.lateral_stiffness.scaled(1e-3)
         return (
-            f"<LateralStiffnessFit: {self.readings_used} of {self.readings} readings used, {self.strokes} strokes, "
+            f"<LateralStiffnessFit: {self.readings_used} of {self.readings} readings used, strokes: {self.strokes}, "
             f"R^2 {self.r_squared:.4f}, residual sd {self.residual_sd:.3g} N\n"
             f" lateral stiffness {with_sd(k.value, k.sd, places=1)} N/mm, friction {self.friction:.3g} N\n"
             f" linear within 2 % up to {1e3 * self.linear_range:.3g} mm of {1e3 * self.reach:.3g} mm; "
-            f"{len(self.notes)} notes>"
+            f"notes: {len(self.notes)}>"
         )
 
 

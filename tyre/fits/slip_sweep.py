@@ -234,7 +234,7 @@ class SlipSweepFit:
     def __repr__(self) -> str:
         c = self.cornering_stiffness.scaled(float(np.deg2rad(1.0)))
         lines = [
-            f"<SlipSweepFit at {self.load:.4g} N: {self.samples} samples, {self.branches} branches, "
+            f"<SlipSweepFit at {self.load:.4g} N: {self.samples} samples, branches: {self.branches}, "
             f"R^2 {self.r_squared:.4f}, residual sd {self.residual_sd:.3g} N",
             f"cornering stiffness {with_sd(c.value, c.sd, places=1)} N/deg",
         ]
@@ -245,7 +245,7 @@ class SlipSweepFit:
         if self.aligning_moment is not None:
             trail, sd = 1e3 * self.aligning_moment.pneumatic_trail, 1e3 * self.aligning_moment.pneumatic_trail_sd
             lines.append(f"pneumatic trail {with_sd(trail, sd, places=1)} mm")
-        return "\n ".join(lines) + f"; {len(self.notes)} notes>"
+        return "\n ".join(lines) + f"; notes: {len(self.notes)}>"
 
     def steady_force(self, slip: Channel) -> Channel:
         """Fitted steady lateral force, offsets included."""

@@ -147,8 +147,8 @@ def fit_linear_law(load: Array, pressure: Array, value: Array) -> Trend:
     """Fit MF6.1's law of lateral stiffness (N/m), or a plane where this is clearly nearer to the measured values.
 
     MF6.1 has a product of a factor linear in load and one linear in pressure. It differs from a plane by a term in
-    load times pressure, so a stiffness that is exactly a plane leaves residuals from the product. One degree of freedom
-    does not tell them apart.
+    load times pressure, so a stiffness that is exactly a plane has residuals from the product. One degree of freedom
+    does not distinguish them.
     """
     product, plane = _linear_laws(load, pressure, value)
     clearly_nearer = plane.degrees_of_freedom > 1 and plane.misfit < PLANE_MISFIT_SHARE * product.misfit
@@ -156,7 +156,7 @@ def fit_linear_law(load: Array, pressure: Array, value: Array) -> Trend:
 
 
 def departs_from_linear_laws(load: Array, pressure: Array, value: Array, *, sd: float) -> bool:
-    """True if product and plane both leave more than the measured ``sd`` of a ``value`` explains (chi-squared)."""
+    """True if both laws have a misfit that the measured ``sd`` of a ``value`` does not explain (chi-squared)."""
     from scipy.special import chdtri  # costs more than the rest of `import tyre`
 
     return all(

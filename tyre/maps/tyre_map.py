@@ -173,7 +173,7 @@ class TyreMap(TyreSource):
     The measured conditions are returned as they stand. Between them the value is a smooth trend plus the bilinearly
     interpolated difference of the measured values from it; beyond them the difference fades out over one interval of
     the grid, and the result is marked extrapolated. The trend of C_alpha is the MF6.1 form. That of K_y is linear in
-    load and in pressure: MF6.1's product, or a plane where that leaves less than half of its misfit. Inside the grid
+    load and in pressure: MF6.1's product, or a plane where its misfit is less than half as large. Inside the grid
     K_y is therefore bilinear in the measured values.
 
     The covariance has three parts: the measured standard deviations, carried by the same weights (errors of a lateral

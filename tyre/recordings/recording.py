@@ -96,7 +96,7 @@ class RigRun:
         slip = shown_range(np.rad2deg(self.slip_angle), "deg")
         return (
             f"<RigRun {self.kind}: {self.condition}; {self.time.size} samples{duration}\n"
-            f" slip angle {slip}, lateral force {shown_range(self.lateral_force, 'N')}; {len(self.notes)} notes>"
+            f" slip angle {slip}, lateral force {shown_range(self.lateral_force, 'N')}; notes: {len(self.notes)}>"
         )
 
 
@@ -121,7 +121,7 @@ class LateralStiffnessTest:
         return (
             f"<LateralStiffnessTest: {self.condition}; {self.lateral_force.size} readings\n"
             f" lateral force {shown_range(self.lateral_force, 'N')}, "
-            f"tyre deflection {shown_range(1e3 * self.tyre_deflection, 'mm')}; {len(self.notes)} notes>"
+            f"tyre deflection {shown_range(1e3 * self.tyre_deflection, 'mm')}; notes: {len(self.notes)}>"
         )
 
     @property

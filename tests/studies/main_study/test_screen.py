@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from studies.main_study import (
     GRADE_RULES,
+    LIMITS,
     Front,
     answer,
     first_screen,
@@ -113,6 +114,16 @@ def test_growth_is_compared_only_where_some_sample_wobbles_at_ridden_speeds(raci
     case = answer(replace(racing, samples=calm)).cases[0]
     assert not case.change.some_wobble  # what wobbles at 25 m/s does not at 3 to 20 m/s
     assert answer(racing).cases[0].change.some_wobble
+
+
+def test_a_sample_without_an_oscillation_of_wobbles_frequencies_is_calm(racing, monkeypatch):
+    """Its growth is NaN at every speed; once the ranking of what to measure next ended in a traceback on it."""
+    few = replace(LIMITS, fewest=3)  # there are six samples
+    monkeypatch.setattr("studies.main_study.next_measurement.LIMITS", few)
+    without = np.arange(6)[:, None] == 0  # the first of six samples
+    calm = tuple(replace(s, growth=np.where(without, np.nan, s.growth)) for s in racing.samples)
+    assert all(np.isfinite(gain.definite) for gain in answer(replace(racing, samples=calm)).gains)
+    assert "nan" not in told(replace(racing, samples=calm))
 
 
 def test_the_least_bump_is_the_amplitude_at_which_dry_friction_no_longer_stops_the_growth(racing):

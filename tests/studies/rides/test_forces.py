@@ -59,7 +59,7 @@ def forces(folder):
 def test_forces_print_two_lines_with_the_largest_of_each_wheel(forces):
     largest = np.max([np.abs(segment.force).max(1) for segment in forces.segments], axis=0)
     first, second = str(forces).splitlines()
-    assert first.startswith(f"<RideForces: {len(forces.segments)} segments")
+    assert first == f"<RideForces of {', '.join(segment.name for segment in forces.segments)}"
     assert f"largest lateral force {largest[0]:.3g} N rear, {largest[1]:.3g} N front" in second
 
 

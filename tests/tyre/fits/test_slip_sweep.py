@@ -310,14 +310,14 @@ def test_run_and_fit_print_a_few_lines_with_their_numbers_and_units():
     lines = str(fit).splitlines()
     c = fit.cornering_stiffness.scaled(np.pi / 180)
     assert lines[0].startswith(
-        f"<SlipSweepFit at {fit.load:.4g} N: {fit.samples} samples, {fit.branches} branches, R^2"
+        f"<SlipSweepFit at {fit.load:.4g} N: {fit.samples} samples, branches: {fit.branches}, R^2"
     )
     value, sd = lines[1].removeprefix(" cornering stiffness ").removesuffix(" N/deg").split(" ± ")
     assert (float(value), float(sd)) == pytest.approx((c.value, c.sd), abs=0.05 * c.sd)
     value, sd = lines[2].removeprefix(" apparent relaxation length ").partition(" mm at ")[0].split(" ± ")
     assert float(value) == pytest.approx(1e3 * fit.apparent_relaxation_length, abs=0.05)
     assert float(sd) == pytest.approx(1e3 * fit.parameters_sd["lag"] * fit.speed, abs=0.05)
-    assert lines[-1].endswith(f"; {len(fit.notes)} notes>")
+    assert lines[-1].endswith(f"; notes: {len(fit.notes)}>")
     assert len(lines) <= 4
     assert str(run).startswith(f"<RigRun slip_sweep: Synthetic on flat, 400 N, 5.5 bar; {run.time.size} samples over ")
     assert f" slip angle {np.degrees(run.slip_angle.min()):.4g} to " in str(run)
